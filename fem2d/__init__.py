@@ -1,0 +1,1 @@
+"""Finite elements for soft tissue: hyperelastic materials, frictional contact, time marching."""

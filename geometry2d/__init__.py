@@ -1,0 +1,1 @@
+"""Planar geometry of head and package: rigid motions, outlines, sections, meshes."""

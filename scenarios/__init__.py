@@ -1,0 +1,1 @@
+"""Drinking scenarios: what a person runs and what a person sees."""
