@@ -96,7 +96,11 @@ class RigidMotion:
 
     @classmethod
     def of_reference_point(
-        cls, time_s: ArrayLike, angle_rad: ArrayLike, position_mm: ArrayLike, reference_mm: ArrayLike
+        cls,
+        time_s: ArrayLike,
+        angle_rad: ArrayLike,
+        position_mm: ArrayLike,
+        reference_mm: ArrayLike,
     ) -> RigidMotion:
         """Return the motion that carries the body point ``reference_mm`` (2,) along ``position_mm`` (n, 2)."""
         shift = np.asarray(position_mm, float) - rotated(reference_mm, angle_rad)
