@@ -1,0 +1,323 @@
+"""A drinking scenario: what is filmed, who drinks from what, and how it is solved.
+
+A scenario is read from TOML, checked once, and never changes afterwards. Each table of the file
+is a frozen dataclass whose fields carry unit, range, meaning and source; how such tables are read
+and written is in :mod:`scenarios.settings`.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Literal
+
+from geometry2d.head import HeadMeasurements
+from geometry2d.neck import NECKS, NeckMeasurements
+from scenarios.settings import (
+    SettingError,
+    Value,
+    nearest,
+    setting,
+    split_override,
+    table_from,
+    toml_lines,
+    toml_value,
+)
+
+LIBRARY = Path(str(files("scenarios") / "library"))
+"""Folder of the built-in scenarios, one folder each."""
+
+
+class ScenarioError(ValueError):
+    """A scenario cannot be found or read, or contradicts itself."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The video of the sip, and where its markers are."""
+
+    video: str = setting(description="video file, beside the scenario file or absolute")
+    markers: str = setting(description="marker file, beside the scenario file or absolute")
+    start_s: float | None = setting(
+        default=None, unit="s", minimum=0.0, description="first time used; from the start if absent"
+    )
+    end_s: float | None = setting(
+        default=None, unit="s", minimum=0.0, description="last time used; to the end if absent"
+    )
+    rendered: bool = setting(
+        default=False,
+        description="drawn by a virtual camera, not filmed; said wherever it is shown",
+    )
+
+
+@dataclass(frozen=True)
+class MotionFile:
+    """A motion that has been measured already: it is replayed instead of the recording's."""
+
+    file: str = setting(description="motion.csv, beside the scenario file or absolute")
+
+
+@dataclass(frozen=True)
+class Package:
+    """The neck of the package: a named one, and its measurements."""
+
+    neck: str
+    measurements: NeckMeasurements
+
+
+@dataclass(frozen=True)
+class Skin:
+    """What the soft tissue is made of."""
+
+    configuration: str = setting(
+        default="L2-Ogden",
+        choices=("L1", "L2-GOH", "L2-Ogden", "L3"),
+        description="materials of dermis and bulk",
+        source="thesis, Table 3.5",
+    )
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Coulomb friction of the pairs that touch."""
+
+    friction: float = setting(
+        default=1.0,
+        minimum=0.0,
+        maximum=3.0,
+        description="friction coefficient between lip and package",
+        source="thesis, section 4.2",
+    )
+    teeth_friction: float = setting(
+        default=0.0,
+        minimum=0.0,
+        maximum=3.0,
+        description="friction coefficient between lip and teeth",
+        source="thesis, section 4.2",
+    )
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where the recorded neck is put in the head section, beyond what the recording says."""
+
+    shift_x_mm: float | Literal["auto"] = setting(
+        default=0.0,
+        unit="mm",
+        minimum=-30.0,
+        maximum=30.0,
+        description='package forward in the head frame; "auto" finds it',
+    )
+    shift_y_mm: float | Literal["auto"] = setting(
+        default=0.0,
+        unit="mm",
+        minimum=-30.0,
+        maximum=30.0,
+        description='package upward in the head frame; "auto" finds it',
+    )
+    turn_deg: float | Literal["auto"] = setting(
+        default=0.0,
+        unit="deg",
+        minimum=-45.0,
+        maximum=45.0,
+        description='package turned counter-clockwise about the lower mark; "auto" finds it',
+    )
+
+
+@dataclass(frozen=True)
+class Solver:
+    """How the section is idealised and how finely it is divided."""
+
+    plane: str = setting(
+        default="stress",
+        choices=("stress", "strain"),
+        description="plane stress or plane strain",
+        source="thesis, section 4.2",
+    )
+    resolution: str = setting(
+        default="standard",
+        choices=("coarse", "standard", "fine", "thesis"),
+        description="element size; thesis has about 20,000 elements in the head",
+    )
+    thickness_mm: float = setting(
+        default=1.0,
+        unit="mm",
+        minimum=1e-3,
+        maximum=1e3,
+        description="thickness of the section; forces are proportional to it",
+        source="Abaqus default",
+    )
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Everything a replay depends on, checked.
+
+    File names are absolute. At least one of ``recording`` and ``motion`` is given; the motion
+    wins, and the recording then only supplies pictures.
+    """
+
+    name: str
+    description: str
+    recording: Recording | None
+    motion: MotionFile | None
+    head: HeadMeasurements
+    package: Package
+    skin: Skin
+    contact: Contact
+    placement: Placement
+    solver: Solver
+
+    def with_motion(self, file: Path) -> Scenario:
+        """Return this scenario driven by the given ``motion.csv``."""
+        return replace(self, motion=MotionFile(str(file.resolve())))
+
+
+def library_names() -> list[str]:
+    """Return the names of the built-in scenarios, sorted."""
+    return sorted(path.parent.name for path in LIBRARY.glob("*/scenario.toml"))
+
+
+def read_scenario(name_or_file: str, overrides: Sequence[str] = ()) -> Scenario:
+    """Return the scenario of a built-in name or of a TOML file, with ``table.key=value`` laid over.
+
+    Raises :class:`ScenarioError` if there is no such scenario or the file is not TOML, and
+    :class:`scenarios.settings.SettingError` if a setting is unknown, missing or out of range.
+    """
+    file = _scenario_file(name_or_file)
+    try:
+        document = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"{file} is not valid TOML: {error}") from error
+    for text in overrides:
+        _lay_over(document, text)
+    return scenario_from(document, folder=file.resolve().parent)
+
+
+def scenario_from(document: Mapping[str, Value], *, folder: Path) -> Scenario:
+    """Return the checked scenario of a parsed document; relative files lie in ``folder``."""
+    known = ("name", "description", *_TABLES)
+    for key in document:
+        if key not in known:
+            raise SettingError(f"unknown table or key {key!r}: {nearest(key, known)}")
+    tables: dict[str, Mapping[str, Value]] = {}
+    for key in _TABLES:
+        table = document.get(key, {})
+        if not isinstance(table, Mapping):
+            raise SettingError(f"{key} = {table!r}: write it as a table, [{key}]")
+        tables[key] = table
+    scenario = Scenario(
+        name=_text(document, "name"),
+        description=_text(document, "description", default=""),
+        recording=_recording(tables["recording"], folder) if tables["recording"] else None,
+        motion=_motion(tables["motion"], folder) if tables["motion"] else None,
+        head=table_from(HeadMeasurements, tables["head"], where="head"),
+        package=_package(tables["package"]),
+        skin=table_from(Skin, tables["skin"], where="skin"),
+        contact=table_from(Contact, tables["contact"], where="contact"),
+        placement=table_from(Placement, tables["placement"], where="placement"),
+        solver=table_from(Solver, tables["solver"], where="solver"),
+    )
+    if scenario.recording is None and scenario.motion is None:
+        raise ScenarioError(
+            f"scenario {scenario.name!r} has neither a [recording] nor a [motion]: "
+            'give one, e.g. [motion] file = "motion.csv"'
+        )
+    return scenario
+
+
+def resolved_toml(scenario: Scenario) -> str:
+    """Return the scenario as TOML with every value written out: enough to repeat the run."""
+    lines = [f"name = {toml_value(scenario.name)}"]
+    if scenario.description:
+        lines.append(f"description = {toml_value(scenario.description)}")
+    for name, table_lines in resolved_tables(scenario):
+        lines += ["", f"[{name}]", *table_lines]
+    return "\n".join(lines) + "\n"
+
+
+def resolved_tables(scenario: Scenario) -> Iterator[tuple[str, list[str]]]:
+    """Yield every table's name with its lines of key, value, unit, meaning and source."""
+    for name in _TABLES:
+        table = getattr(scenario, name)
+        if isinstance(table, Package):
+            neck = f"neck = {toml_value(table.neck)}"
+            yield (
+                name,
+                [f"{neck:<38} # library neck it started from", *toml_lines(table.measurements)],
+            )
+        elif table is not None:
+            yield name, toml_lines(table)
+
+
+_TABLES = (
+    "recording",
+    "motion",
+    "head",
+    "package",
+    "skin",
+    "contact",
+    "placement",
+    "solver",
+)
+
+
+def _scenario_file(name_or_file: str) -> Path:
+    built_in = LIBRARY / name_or_file / "scenario.toml"
+    if name_or_file in library_names():
+        return built_in
+    path = Path(name_or_file)
+    if path.is_file():
+        return path
+    if path.suffix == ".toml" or len(path.parts) > 1:
+        raise ScenarioError(f"no scenario file {name_or_file}: check the path")
+    raise ScenarioError(
+        f"no scenario {name_or_file!r}: {nearest(name_or_file, library_names())} "
+        "(or give the path of a scenario file)"
+    )
+
+
+def _lay_over(document: dict[str, Value], text: str) -> None:
+    (*tables, key), value = split_override(text)
+    if len(tables) > 1:
+        raise SettingError(f"--set {text!r} has too many dots: settings are table.key=value")
+    place = document
+    for name in tables:
+        inner = place.setdefault(name, {})
+        if not isinstance(inner, dict):
+            raise SettingError(f"--set {text!r}: {name!r} is not a table")
+        place = inner
+    place[key] = value
+
+
+def _text(document: Mapping[str, Value], key: str, default: str | None = None) -> str:
+    value = document.get(key, default)
+    if not isinstance(value, str) or (default is None and not value):
+        raise SettingError(f'{key} = {value!r}: give a text, e.g. {key} = "A38-F"')
+    return value
+
+
+def _recording(values: Mapping[str, Value], folder: Path) -> Recording:
+    table = table_from(Recording, values, where="recording")
+    if table.start_s is not None and table.end_s is not None and table.start_s >= table.end_s:
+        raise ScenarioError(
+            f"recording.start_s = {table.start_s:g} s is not before end_s = {table.end_s:g} s"
+        )
+    return replace(table, video=str(folder / table.video), markers=str(folder / table.markers))
+
+
+def _motion(values: Mapping[str, Value], folder: Path) -> MotionFile:
+    table = table_from(MotionFile, values, where="motion")
+    return replace(table, file=str(folder / table.file))
+
+
+def _package(values: Mapping[str, Value]) -> Package:
+    neck = values.get("neck", "A38")
+    if neck not in NECKS:
+        raise SettingError(f"package.neck = {neck!r} is not known: {nearest(str(neck), NECKS)}")
+    measured = {key: value for key, value in values.items() if key != "neck"}
+    base = NECKS[str(neck)]
+    return Package(str(neck), table_from(NeckMeasurements, measured, where="package", base=base))

@@ -1,0 +1,317 @@
+"""Writing a run directory so that a killed run loses nothing it had computed.
+
+While a run goes on, every committed increment is one file of ``increments/`` in the ``.partial``
+directory, put there by a rename: however the run ends, each increment is complete or absent, and
+the run can go on after the last one. Only a complete run gets ``fields.h5`` and its final name.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import fields as dataclass_fields
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry2d.rigid import RigidPlacement
+from scenarios.output import check_replaceable, file_at_once, partial_directory, put_in_place
+from scenarios.solution import (
+    CONTACT_FIELDS,
+    ELEMENT_FIELDS,
+    HISTORY,
+    ContactField,
+    Increment,
+    Model,
+    Quantity,
+    SolutionError,
+)
+
+Arrays = dict[str, NDArray[Any]]
+
+
+class SolutionWriter:
+    """Writes a run directory, increment by increment, so that a killed run loses nothing.
+
+    Parameters
+    ----------
+    out
+        the directory to appear when the run is complete; until then it is called ``out.partial``.
+    scenario_toml
+        the resolved scenario.
+    resume
+        go on after the last complete increment of ``out.partial`` if there is one. Without it,
+        whatever an earlier run left there is discarded.
+    """
+
+    def __init__(self, out: Path, scenario_toml: str, *, resume: bool) -> None:
+        check_replaceable(out)
+        self.out = out
+        self.partial = partial_directory(out)
+        self._increments = self.partial / "increments"
+        self._started = time.monotonic()
+        if resume and self._increments.is_dir():
+            self._check_same_scenario(scenario_toml)
+        elif self.partial.exists():
+            shutil.rmtree(self.partial)
+        self._increments.mkdir(parents=True, exist_ok=True)
+        (self.partial / "scenario.toml").write_text(scenario_toml, encoding="utf-8")
+        self.count = len(self._files())
+        self.log(f"drinksim {version('drinksim')}, after {self.count} increments")
+
+    @property
+    def folder(self) -> Path:
+        """The directory that is being filled."""
+        return self.partial
+
+    def keep(self, file: Path) -> Path:
+        """Copy a file into the run directory, so that the run can be repeated and shown from it."""
+        kept = self.partial / file.name
+        with file_at_once(kept) as partial:
+            shutil.copyfile(file, partial)
+        return kept
+
+    def last(self) -> Increment | None:
+        """Return the last complete increment, from which a run can go on, or None."""
+        files = self._files()
+        return _read_increment(files[-1]) if files else None
+
+    def model(self, model: Model) -> None:
+        """Write the undeformed section; once, before the first increment."""
+        arrays: dict[str, NDArray[Any]] = {
+            "nodes": model.nodes,
+            "triangles": model.triangles,
+            "region": model.region,
+            "region_names": np.array(model.region_names),
+        }
+        arrays |= {f"skin/{lip}": edges for lip, edges in model.skin.items()}
+        arrays |= {f"outlines/{name}": line for name, line in model.outlines.items()}
+        _write_arrays(self.partial / "model.npz", arrays)
+
+    def commit(self, increment: Increment) -> None:
+        """Add a converged increment; when this returns it is safe on disk."""
+        row = increment.row()
+        _write_arrays(self._increments / f"{self.count:06d}.npz", _increment_arrays(increment))
+        self.count += 1
+        history = self.partial / "history.csv"
+        new = not history.exists()
+        with history.open("a", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream)
+            if new:
+                writer.writerow(row)
+            writer.writerow(_csv_row(row))
+        self.log(
+            f"increment {self.count}: time {increment.time_s:.4f} s, "
+            f"{increment.newton_iterations} iterations, {increment.cutbacks} cutbacks"
+        )
+
+    def log(self, line: str) -> None:
+        """Add a line to run.log."""
+        seconds = time.monotonic() - self._started
+        with (self.partial / "run.log").open("a", encoding="utf-8") as stream:
+            stream.write(f"{seconds:9.2f} s  {line}\n")
+
+    def finish(self, *, finished: bool, sentence: str, about: Mapping[str, Any]) -> Path:
+        """Write history.csv, fields.h5 and summary.json, and put the directory in its place.
+
+        ``finished`` says whether the whole motion was replayed, ``sentence`` how it ended, and
+        ``about`` is added to the summary. Returns the directory.
+        """
+        rows = []
+        fields = self.partial / "fields.h5"
+        with file_at_once(fields) as partial, h5py.File(partial, "w") as store:
+            _store_model(store, _read_model(self.partial / "model.npz"))
+            for index, path in enumerate(self._files()):
+                increment = _read_increment(path)
+                rows.append(increment.row())
+                _store_increment(store, increment, index, self.count)
+        _write_history(self.partial / "history.csv", rows)
+        self.log(sentence)
+        summary = {
+            "finished": finished,
+            "sentence": sentence,
+            "increments": self.count,
+            **_peaks(rows),
+            "newton_iterations": int(sum(row["newton_iterations"] for row in rows)),
+            "cutbacks": int(sum(row["cutbacks"] for row in rows)),
+            "wall_s": round(time.monotonic() - self._started, 2),
+            "version": version("drinksim"),
+            **about,
+        }
+        text = json.dumps(summary, indent=2, allow_nan=False)
+        (self.partial / "summary.json").write_text(text + "\n", encoding="utf-8")
+        shutil.rmtree(self._increments)
+        (self.partial / "model.npz").unlink()
+        put_in_place(self.partial, self.out)
+        return self.out
+
+    def _files(self) -> list[Path]:
+        return sorted(self._increments.glob("[0-9]*.npz"))
+
+    def _check_same_scenario(self, scenario_toml: str) -> None:
+        earlier = (self.partial / "scenario.toml").read_text(encoding="utf-8")
+        if earlier != scenario_toml:
+            raise SolutionError(
+                f"{self.partial} was started with other settings: repeat those, or run without "
+                "--resume to start over"
+            )
+
+
+def _csv_row(row: Mapping[str, float]) -> list[str]:
+    whole = ("newton_iterations", "cutbacks")
+    return [str(int(value)) if name in whole else f"{value:.9g}" for name, value in row.items()]
+
+
+def _write_history(file: Path, rows: Sequence[Mapping[str, float]]) -> None:
+    with file_at_once(file) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow([quantity.name for quantity in HISTORY])
+        writer.writerows(_csv_row(row) for row in rows)
+
+
+def _peaks(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Return the extreme values over the run of what is compared between runs."""
+    if not rows:
+        return {}
+    smallest = {"dermis_min_log_strain"}
+    compared = [
+        quantity.name
+        for quantity in HISTORY
+        if quantity.name.startswith("dermis") or quantity.name.endswith(("_kpa", "_contact_mm"))
+    ]
+    return {
+        name: min(row[name] for row in rows) if name in smallest else max(row[name] for row in rows)
+        for name in compared
+    }
+
+
+def _write_arrays(file: Path, arrays: Arrays) -> None:
+    with file_at_once(file) as partial:
+        np.savez(partial, **arrays)  # type: ignore[arg-type]
+
+
+def _read_arrays(file: Path) -> Arrays:
+    with np.load(file, allow_pickle=False) as stored:
+        return {name: stored[name] for name in stored.files}
+
+
+def _group(arrays: Arrays, name: str) -> Arrays:
+    """Return the arrays whose names start with ``name/``, under the rest of their names."""
+    prefix = f"{name}/"
+    return {
+        key.removeprefix(prefix): value for key, value in arrays.items() if key.startswith(prefix)
+    }
+
+
+def _read_model(file: Path) -> Model:
+    arrays = _read_arrays(file)
+    return Model(
+        nodes=arrays["nodes"],
+        triangles=arrays["triangles"],
+        region=arrays["region"],
+        region_names=tuple(str(name) for name in arrays["region_names"]),
+        skin=_group(arrays, "skin"),
+        outlines=_group(arrays, "outlines"),
+    )
+
+
+def _increment_arrays(increment: Increment) -> Arrays:
+    place = increment.placement
+    arrays: Arrays = {
+        "time": np.array([increment.time_s, increment.relative_time]),
+        "placement": np.array([place.angle_rad, *place.shift_mm]),
+        "displacement": increment.displacement,
+        "cost": np.array([increment.newton_iterations, increment.cutbacks]),
+    }
+    arrays |= {f"element/{name}": np.asarray(field) for name, field in increment.element.items()}
+    arrays |= {f"history/{name}": np.array(value) for name, value in increment.history.items()}
+    arrays |= {f"state/{name}": np.asarray(field) for name, field in increment.state.items()}
+    for lip, contact in increment.contact.items():
+        arrays |= {
+            f"contact/{lip}/{f.name}": getattr(contact, f.name) for f in dataclass_fields(contact)
+        }
+    return arrays
+
+
+def _read_increment(file: Path) -> Increment:
+    arrays = _read_arrays(file)
+    angle, x, y = arrays["placement"]
+    contact = _group(arrays, "contact")
+    lips = sorted({name.split("/")[0] for name in contact})
+    return Increment(
+        time_s=float(arrays["time"][0]),
+        relative_time=float(arrays["time"][1]),
+        placement=RigidPlacement(float(angle), (float(x), float(y))),
+        displacement=arrays["displacement"],
+        element=_group(arrays, "element"),
+        contact={lip: ContactField(**_group(contact, lip)) for lip in lips},
+        history={name: float(value) for name, value in _group(arrays, "history").items()},
+        newton_iterations=int(arrays["cost"][0]),
+        cutbacks=int(arrays["cost"][1]),
+        state=_group(arrays, "state"),
+    )
+
+
+def _store_model(store: h5py.File, model: Model) -> None:
+    store.attrs["about"] = "drinksim replay; lengths in mm, stresses in MPa, head frame, y up"
+    mesh = store.create_group("mesh")
+    mesh["nodes"] = model.nodes
+    mesh["nodes"].attrs["unit"] = "mm"
+    mesh["triangles6"] = model.triangles
+    mesh["triangles6"].attrs["order"] = "corners 0, 1, 2, then the middles of 01, 12, 20"
+    mesh["region"] = model.region
+    mesh["region"].attrs["regions"] = list(model.region_names)
+    for lip, edges in model.skin.items():
+        mesh[f"{lip}_skin"] = edges
+        mesh[f"{lip}_skin"].attrs["order"] = "first, last, middle node of each edge"
+    for name, line in model.outlines.items():
+        store[f"outlines/{name}"] = line
+        store[f"outlines/{name}"].attrs["unit"] = "mm"
+        store[f"outlines/{name}"].attrs["frame"] = "neck" if name.endswith("_wall") else "head"
+
+
+def _store_increment(store: h5py.File, increment: Increment, index: int, count: int) -> None:
+    place = increment.placement
+    times = Quantity("time_s", "s", "time of the recording")
+    where = Quantity("placement", "rad, mm, mm", "neck frame in the head frame: angle, x, y")
+    moved = Quantity("displacement", "mm", "of every node, head frame")
+    placement = np.array([place.angle_rad, *place.shift_mm])
+    _row(store, "increments", times, np.array(increment.time_s), index, count, "f8")
+    _row(store, "increments", where, placement, index, count, "f8")
+    _row(store, "increments", moved, increment.displacement, index, count, "f8")
+    for quantity in ELEMENT_FIELDS:
+        _row(store, "element", quantity, increment.element[quantity.name], index, count, "f4")
+    for lip, contact in increment.contact.items():
+        group = f"contact/{lip}"
+        if index == 0:
+            store[f"{group}/arc_mm"] = contact.arc_mm
+            store[f"{group}/arc_mm"].attrs["unit"] = "mm"
+        for quantity in CONTACT_FIELDS:
+            _row(store, group, quantity, getattr(contact, quantity.name), index, count, "f8")
+
+
+def _row(
+    store: h5py.File,
+    group: str,
+    quantity: Quantity,
+    values: NDArray[Any],
+    index: int,
+    count: int,
+    kind: str,
+) -> None:
+    """Write ``values`` as row ``index`` of a dataset of ``count`` rows, made at the first row."""
+    path = f"{group}/{quantity.name}"
+    if path not in store:
+        packed = {"chunks": (1, *values.shape), "compression": "gzip", "compression_opts": 1}
+        options = packed if values.ndim else {}
+        data = store.create_dataset(path, (count, *values.shape), kind, **options)
+        data.attrs["unit"] = quantity.unit
+        data.attrs["meaning"] = quantity.meaning
+    store[path][index] = values
