@@ -1,0 +1,266 @@
+"""Contact of tissue with a rigid outline: forces, stiffness and trial history.
+
+The virtual work of contact is ``∫ (p n + τ t)·δx dS`` over the reference surface, integrated at
+Gauss points that carry their own friction history (`fem2d.surface`). Pressure and friction come
+from `fem2d.friction`, gap and slip from `fem2d.gap`. Evaluating is pure: the history handed in is
+that of the last committed instant, the history handed out is a trial that becomes committed only
+if the caller keeps it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.friction import FrictionLaw, NormalLaw, pressure_of_gap, traction_of_slip
+from fem2d.gap import point_gap
+from fem2d.surface import Surface
+from geometry2d.compiled import compiled
+from geometry2d.outline import Outline
+from geometry2d.rigid import RigidPlacement, rotated
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class ContactHistory:
+    """What friction remembers of each Gauss point at a committed instant.
+
+    Attributes
+    ----------
+    body_position
+        (m, q, 2) the point's position in the rigid body's frame, mm.
+    traction
+        (m, q) tangential traction, MPa, positive along ``t = (−n_y, n_x)``.
+    """
+
+    body_position: Array
+    traction: Array
+
+
+@dataclass(frozen=True)
+class ContactPoints:
+    """Everything known at the Gauss points of a contact pair, arrays (m, q) unless stated.
+
+    Pressure and shear are per reference length here; divide by the surface stretch for true values.
+    """
+
+    gap: Array
+    normal: Array
+    """(m, q, 2) outward normal of the rigid body, in the tissue's frame."""
+    pressure: Array
+    shear: Array
+    slipping: NDArray[np.bool_]
+    outline_arc: Array
+    traction: Array
+    """(m, q, 2) traction on the tissue, MPa per reference length."""
+    slope: Array
+    """(m, q, 2, 2) derivative of the traction with respect to the position, MPa/mm."""
+
+
+@dataclass(frozen=True)
+class ContactResponse:
+    """Contact forces at one trial state.
+
+    Attributes
+    ----------
+    energy
+        Energy stored in the normal penalty, N mm.
+    edges
+        (j,) edges that touch; the arrays below belong to them.
+    dofs, force
+        (j, 2k) degrees of freedom and forces on the tissue, N.
+    stiffness
+        (j, 2k, 2k) derivative of ``force`` with respect to the displacement, N/mm.
+    points
+        Values at all Gauss points.
+    history
+        Trial history: commit it by handing it to the next increment.
+    """
+
+    energy: float
+    edges: Index
+    dofs: Index
+    force: Array
+    stiffness: Array
+    points: ContactPoints
+    history: ContactHistory
+
+
+@dataclass(frozen=True)
+class RigidContact:
+    """One stretch of tissue surface against one rigid outline.
+
+    Parameters
+    ----------
+    name
+        What reports call this pair.
+    surface
+        The tissue's side.
+    outline
+        The rigid body's side, in the body's frame.
+    normal, friction
+        The laws.
+    moving
+        Whether the rigid body follows the prescribed motion, or stands still in the head frame.
+    """
+
+    name: str
+    surface: Surface
+    outline: Outline
+    normal: NormalLaw
+    friction: FrictionLaw
+    moving: bool = True
+
+    def initial_history(self, displacement: Array, placement: RigidPlacement) -> ContactHistory:
+        """Return the history of a surface on which no friction acts yet."""
+        position = placement.pull_back(self.surface.positions(displacement))
+        return ContactHistory(position, np.zeros(position.shape[:2]))
+
+    def response(
+        self, displacement: Array, placement: RigidPlacement, before: ContactHistory
+    ) -> ContactResponse:
+        """Return forces, stiffness and trial history at ``displacement`` (n, 2), mm."""
+        position = self.surface.positions(displacement)
+        shape = position.shape[:2]
+        raw = _evaluate(
+            position.reshape(-1, 2),
+            before.body_position.reshape(-1, 2),
+            before.traction.reshape(-1),
+            placement.angle_rad,
+            placement.shift_mm[0],
+            placement.shift_mm[1],
+            self.outline.start,
+            self.outline.curvature,
+            self.outline.centre,
+            self.outline.breaks,
+            self.normal.stiffness_mpa_per_mm,
+            self.normal.ramp_mm,
+            self.friction.coefficient,
+            self.friction.stiffness_mpa_per_mm,
+        )
+        energy, gap, normal, pressure, shear, slipping, arc, body, traction, slope = raw
+        edges = np.flatnonzero(np.any(pressure.reshape(shape) > 0, axis=1))
+        points = ContactPoints(
+            gap.reshape(shape),
+            normal.reshape(*shape, 2),
+            pressure.reshape(shape),
+            shear.reshape(shape),
+            slipping.reshape(shape),
+            arc.reshape(shape),
+            traction.reshape(*shape, 2),
+            slope.reshape(*shape, 2, 2),
+        )
+        dofs, force = self.surface.assembled_force(points.traction[edges], edges)
+        return ContactResponse(
+            energy=float(np.sum(energy.reshape(shape) * self.surface.weight)),
+            edges=edges,
+            dofs=dofs,
+            force=force,
+            stiffness=self.surface.assembled_stiffness(points.slope[edges], edges),
+            points=points,
+            history=ContactHistory(body.reshape(*shape, 2), shear.reshape(shape)),
+        )
+
+    def force_of_moving_body(
+        self,
+        displacement: Array,
+        before: RigidPlacement,
+        after: RigidPlacement,
+        response: ContactResponse,
+    ) -> Array:
+        """Return the forces (j, 2k), N, on ``response.dofs`` that the body's motion adds.
+
+        To first order, moving the rigid body by ``d`` while the tissue stands still is moving the
+        tissue by ``−d`` relative to it, and turning the traction with the body; a Newton step needs
+        this to foresee where a sticking surface goes. ``response`` belongs to ``displacement`` and
+        ``before``.
+        """
+        edges = response.edges
+        position = self.surface.positions(displacement)[edges]
+        carried = after.apply(before.pull_back(position)) - position
+        here = response.points.traction[edges]
+        relative = here - np.einsum("mqcd,mqd->mqc", response.points.slope[edges], carried)
+        change = rotated(relative, after.angle_rad - before.angle_rad) - here
+        return self.surface.assembled_force(change, edges)[1]
+
+
+@compiled
+def _evaluate(
+    position: Array,
+    body_before: Array,
+    traction_before: Array,
+    angle: float,
+    shift_x: float,
+    shift_y: float,
+    start: Array,
+    curvature: Array,
+    centre: Array,
+    breaks: Array,
+    normal_stiffness: float,
+    ramp: float,
+    coefficient: float,
+    tangential_stiffness: float,
+) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Array, Array]:
+    """Evaluate all points of a pair; see `ContactPoints` for the meaning of what is returned."""
+    count = position.shape[0]
+    energy = np.zeros(count)
+    gap = np.empty(count)
+    normal = np.empty((count, 2))
+    pressure = np.zeros(count)
+    shear = np.zeros(count)
+    slipping = np.zeros(count, np.bool_)
+    arc = np.empty(count)
+    body = np.empty((count, 2))
+    traction = np.zeros((count, 2))
+    slope = np.zeros((count, 2, 2))
+    cosine, sine = np.cos(angle), np.sin(angle)
+    for i in range(count):
+        g, nx, ny, h, arc[i], body[i, 0], body[i, 1], slip, travel = point_gap(
+            position[i, 0],
+            position[i, 1],
+            cosine,
+            sine,
+            shift_x,
+            shift_y,
+            body_before[i, 0],
+            body_before[i, 1],
+            start,
+            curvature,
+            centre,
+            breaks,
+        )
+        gap[i] = g
+        normal[i, 0], normal[i, 1] = nx, ny
+        psi, p, dp = pressure_of_gap(g, normal_stiffness, ramp)
+        if p == 0.0:
+            continue
+        energy[i] = psi
+        pressure[i] = p
+        tau, by_slip, by_pressure, slipping[i] = traction_of_slip(
+            traction_before[i], slip, p, coefficient, tangential_stiffness
+        )
+        shear[i] = tau
+        tx, ty = -ny, nx
+        traction[i, 0] = p * nx + tau * tx
+        traction[i, 1] = p * ny + tau * ty
+        # d(p n) = (p' n nᵀ + p h t tᵀ) dx
+        # d(τ t) = (t (∂τ/∂s (1 − h n·Δy) tᵀ + ∂τ/∂p p' nᵀ) − τ h n tᵀ) dx
+        along = by_slip * (1.0 - h * travel)
+        across = by_pressure * dp
+        slope[i, 0, 0] = (
+            dp * nx * nx + (p * h + along) * tx * tx + tx * across * nx - tau * h * nx * tx
+        )
+        slope[i, 0, 1] = (
+            dp * nx * ny + (p * h + along) * tx * ty + tx * across * ny - tau * h * nx * ty
+        )
+        slope[i, 1, 0] = (
+            dp * ny * nx + (p * h + along) * ty * tx + ty * across * nx - tau * h * ny * tx
+        )
+        slope[i, 1, 1] = (
+            dp * ny * ny + (p * h + along) * ty * ty + ty * across * ny - tau * h * ny * ty
+        )
+    return energy, gap, normal, pressure, shear, slipping, arc, body, traction, slope

@@ -1,0 +1,117 @@
+"""Sparse direct solvers behind one small interface: the fastest available, SuperLU always.
+
+`DirectSolver` is told the sparsity pattern once and analyses it once; then every Newton iteration
+hands it new values. On this class of matrices (some 40,000 unknowns) PARDISO needs about a quarter
+of SuperLU's time (benchmarks/linear.py), installs from a wheel and is chosen where it imports.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.linalg import splu
+
+Array = NDArray[np.float64]
+
+
+class SingularMatrixError(ArithmeticError):
+    """The matrix could not be factorised."""
+
+
+class DirectSolver(Protocol):
+    """Factorises matrices of one sparsity pattern and solves with the last one factorised."""
+
+    name: str
+
+    def factorise(self, matrix: sp.csr_matrix) -> None:
+        """Factorise; raises `SingularMatrixError`."""
+
+    def solve(self, right_hand_side: Array) -> Array:
+        """Return the solution (n,) for the matrix factorised last."""
+
+
+class SuperLu:
+    """scipy's SuperLU, ordered for structurally symmetric matrices."""
+
+    name = "superlu"
+
+    def factorise(self, matrix: sp.csr_matrix) -> None:
+        """Factorise; raises `SingularMatrixError`."""
+        try:
+            self._factor = splu(
+                matrix.tocsc(),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.001,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError as error:
+            raise SingularMatrixError(str(error)) from error
+
+    def solve(self, right_hand_side: Array) -> Array:
+        """Return the solution (n,) for the matrix factorised last."""
+        solution: Array = self._factor.solve(right_hand_side)
+        return solution
+
+
+class Pardiso:
+    """MKL's PARDISO for structurally symmetric matrices, one thread so that bits repeat."""
+
+    name = "pardiso"
+    _STRUCTURALLY_SYMMETRIC = 1
+    _ANALYSE, _FACTORISE, _SOLVE, _FREE = 11, 22, 33, -1
+
+    def __init__(self) -> None:
+        from pypardiso import PyPardisoSolver
+
+        self._library = PyPardisoSolver(mtype=self._STRUCTURALLY_SYMMETRIC)
+        self._library.libmkl.MKL_Set_Num_Threads(1)
+        self._matrix: sp.csr_matrix | None = None
+
+    def factorise(self, matrix: sp.csr_matrix) -> None:
+        """Factorise, analysing anew only if the pattern changed; raises `SingularMatrixError`."""
+        nothing = np.zeros(matrix.shape[0])
+        if not self._has_pattern_of(matrix):
+            self._call(self._ANALYSE, matrix, nothing)
+        self._call(self._FACTORISE, matrix, nothing)
+        self._matrix = matrix
+
+    def solve(self, right_hand_side: Array) -> Array:
+        """Return the solution (n,) for the matrix factorised last."""
+        if self._matrix is None:
+            raise SingularMatrixError("nothing was factorised yet: call factorise first")
+        return self._call(self._SOLVE, self._matrix, np.ascontiguousarray(right_hand_side))
+
+    def _has_pattern_of(self, matrix: sp.csr_matrix) -> bool:
+        known = self._matrix
+        return (
+            known is not None
+            and np.array_equal(known.indptr, matrix.indptr)
+            and np.array_equal(known.indices, matrix.indices)
+        )
+
+    def _call(self, phase: int, matrix: sp.csr_matrix, vector: Array) -> Array:
+        from pypardiso.pardiso_wrapper import PyPardisoError
+
+        self._library.set_phase(phase)
+        try:
+            # The wrapper's public solve() analyses the pattern again at every new matrix.
+            solution: Array = self._library._call_pardiso(matrix, vector)
+        except PyPardisoError as error:
+            raise SingularMatrixError(f"PARDISO: {error}") from error
+        return solution
+
+    def __del__(self) -> None:
+        matrix = getattr(self, "_matrix", None)
+        if matrix is not None:
+            self._call(self._FREE, matrix, np.zeros(matrix.shape[0]))
+
+
+def fastest_solver() -> DirectSolver:
+    """Return PARDISO where its wheel is installed, SuperLU elsewhere."""
+    try:
+        return Pardiso()
+    except ImportError:
+        return SuperLu()

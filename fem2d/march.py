@@ -1,0 +1,239 @@
+"""From the first to the last instant of a rigid motion, in steps that adapt.
+
+Each step tries to bring the forces into balance with the rigid body where the motion puts it at the
+end of the step. A trial that fails leaves no trace: the step is halved and tried again from the
+same committed state. A trial that succeeds is committed and reported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.contact import ContactResponse
+from fem2d.linear import DirectSolver, SingularMatrixError
+from fem2d.newton import NewtonResult, NewtonSettings, solve
+from fem2d.state import State
+from fem2d.system import System
+from geometry2d.rigid import RigidMotion, RigidPlacement
+
+Array = NDArray[np.float64]
+
+
+class MarchStatus(Enum):
+    """How a march ended; the value says it in words."""
+
+    FINISHED = "the whole motion was followed"
+    STEP_TOO_SMALL = "the step became too small without the forces coming into balance"
+    INTERRUPTED = "the run was interrupted"
+
+
+@dataclass(frozen=True)
+class StepSettings:
+    """How long steps are.
+
+    Parameters
+    ----------
+    longest_s, shortest_s
+        Bounds of a step, s; below the shortest the march stops.
+    travel_mm
+        Most that the rigid body moves in one step while it touches, mm.
+    easy_iterations, hard_iterations
+        A step that needs no more (less) iterations than this is followed by a longer (shorter) one.
+    """
+
+    longest_s: float = field(default=0.04, metadata={"unit": "s", "help": "longest step"})
+    shortest_s: float = field(default=1e-7, metadata={"unit": "s", "help": "shortest step"})
+    travel_mm: float = field(default=0.15, metadata={"unit": "mm", "help": "motion per step"})
+    easy_iterations: int = field(default=5, metadata={"help": "iterations of an easy step"})
+    hard_iterations: int = field(default=10, metadata={"help": "iterations of a hard step"})
+
+
+@dataclass(frozen=True)
+class Commit:
+    """One committed increment.
+
+    Attributes
+    ----------
+    contacts
+        What each contact pair does at the end of it.
+    newton
+        How the forces came into balance.
+    cutbacks
+        Trials rejected since the last commit.
+    """
+
+    state: State
+    contacts: tuple[ContactResponse, ...]
+    newton: NewtonResult
+    cutbacks: int
+    duration_s: float
+
+
+@dataclass(frozen=True)
+class MarchResult:
+    """How a march ended and where."""
+
+    status: MarchStatus
+    state: State
+    increments: int
+    iterations: int
+    cutbacks: int
+
+
+def march(
+    system: System,
+    motion: RigidMotion,
+    start: State,
+    *,
+    solver: DirectSolver,
+    end_s: float | None = None,
+    steps: StepSettings | None = None,
+    newton: NewtonSettings | None = None,
+    on_commit: Callable[[Commit], None] = lambda commit: None,
+) -> MarchResult:
+    """Follow ``motion`` from the committed state ``start`` and return how it went.
+
+    Parameters
+    ----------
+    system
+        What is to be in balance.
+    motion
+        Of the moving rigid body, in the frame of the tissue.
+    start
+        Committed state to start from; resuming from any committed state gives the same bits.
+    solver
+        For the linear systems.
+    end_s
+        Where to stop, s; the motion's last sample by default.
+    on_commit
+        Called with every committed increment, in order; raising ``KeyboardInterrupt`` stops.
+    """
+    steps = steps or StepSettings()
+    newton = newton or NewtonSettings()
+    last_s = float(motion.time_s[-1]) if end_s is None else end_s
+    state = start
+    increments = iterations = cutbacks = 0
+    while state.time_s < last_s * (1 - 1e-12):
+        rejected = 0
+        proposed = min(state.next_step_s, steps.longest_s)
+        while True:
+            duration = min(
+                proposed, last_s - state.time_s, _travel_limit(system, motion, state, steps)
+            )
+            trial = attempt(system, motion, state, duration, solver, newton)
+            iterations += trial.iterations
+            if trial.converged:
+                break
+            rejected += 1
+            proposed = 0.5 * duration
+            if proposed < steps.shortest_s:
+                return MarchResult(
+                    MarchStatus.STEP_TOO_SMALL, state, increments, iterations, cutbacks + rejected
+                )
+        cutbacks += rejected
+        next_step = duration * _growth(trial.iterations, rejected, steps)
+        commit = committed(system, motion, state, duration, trial, rejected, next_step)
+        state = commit.state
+        increments += 1
+        try:
+            on_commit(commit)
+        except KeyboardInterrupt:
+            return MarchResult(MarchStatus.INTERRUPTED, state, increments, iterations, cutbacks)
+    return MarchResult(MarchStatus.FINISHED, state, increments, iterations, cutbacks)
+
+
+def attempt(
+    system: System,
+    motion: RigidMotion,
+    state: State,
+    duration_s: float,
+    solver: DirectSolver,
+    newton: NewtonSettings,
+) -> NewtonResult:
+    """Try to balance the forces ``duration_s`` after ``state``; nothing is committed."""
+    placement = motion.at(state.time_s + duration_s)
+    start = _predicted(system, state, placement, duration_s, solver)
+    return solve(
+        lambda u: system.balance(u, placement, state, duration_s),
+        start,
+        solver=solver,
+        settings=newton,
+    )
+
+
+def committed(
+    system: System,
+    motion: RigidMotion,
+    before: State,
+    duration_s: float,
+    trial: NewtonResult,
+    cutbacks: int,
+    next_step_s: float,
+) -> Commit:
+    """Make a converged trial the new committed state."""
+    time = before.time_s + duration_s
+    placement = motion.at(time)
+    contacts = system.contact_responses(trial.displacement, placement, before)
+    if system.inertia.density_tonne_per_mm3 > 0:
+        velocity, acceleration = system.inertia.rates(before, trial.displacement, duration_s)
+    else:
+        velocity, acceleration = np.zeros_like(before.velocity), before.acceleration
+    state = State(
+        time,
+        placement,
+        trial.displacement,
+        velocity,
+        acceleration,
+        tuple(c.history for c in contacts),
+        next_step_s,
+    )
+    return Commit(state, contacts, trial, cutbacks, duration_s)
+
+
+def _predicted(
+    system: System,
+    state: State,
+    placement: RigidPlacement,
+    duration_s: float,
+    solver: DirectSolver,
+) -> Array:
+    """Return where the tissue goes to first order when the rigid body moves on."""
+    balance = system.balance(
+        state.displacement, state.placement, state, duration_s, body_moves_to=placement
+    )
+    try:
+        solver.factorise(balance.matrix())
+    except SingularMatrixError:
+        return state.displacement
+    step = -solver.solve(balance.residual).reshape(state.displacement.shape)
+    predicted = state.displacement + step
+    if np.isfinite(system.body.energy_and_force(predicted).energy):
+        return predicted
+    return state.displacement
+
+
+def _travel_limit(system: System, motion: RigidMotion, state: State, steps: StepSettings) -> float:
+    """Return the duration in which the moving body travels as far as a step allows."""
+    moving = [c for c in system.contacts if c.moving]
+    if not moving:
+        return np.inf
+    touching = system.contact_responses(state.displacement, state.placement, state)
+    gap = min(float(np.min(t.points.gap)) for t, c in zip(touching, system.contacts, strict=True)
+              if c.moving)  # fmt: skip
+    allowed = max(steps.travel_mm, 0.7 * gap)
+    corners = np.concatenate([c.outline.start for c in moving])
+    ahead = motion.at(state.time_s + steps.longest_s)
+    distance = np.linalg.norm(ahead.apply(corners) - state.placement.apply(corners), axis=1)
+    farthest = float(np.max(distance))
+    return np.inf if farthest == 0 else steps.longest_s * allowed / farthest
+
+
+def _growth(iterations: int, rejected: int, steps: StepSettings) -> float:
+    if rejected > 0 or iterations >= steps.hard_iterations:
+        return 0.8
+    return 1.5 if iterations <= steps.easy_iterations else 1.0

@@ -1,0 +1,114 @@
+"""A named stretch of a body's boundary, with the points where contact is integrated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class SurfaceError(ValueError):
+    """A surface was asked for that cannot carry contact."""
+
+
+def edge_shapes(nodes_per_edge: int, local: ArrayLike) -> tuple[Array, Array]:
+    """Return shape functions and derivatives (q, k) of an edge at local coordinates in [0, 1].
+
+    Two nodes: first, last. Three nodes: first, last, middle.
+    """
+    s = np.asarray(local, float)
+    if nodes_per_edge == 2:
+        return np.stack([1 - s, s], -1), np.stack([-np.ones_like(s), np.ones_like(s)], -1)
+    shape = np.stack([(1 - s) * (1 - 2 * s), s * (2 * s - 1), 4 * s * (1 - s)], -1)
+    slope = np.stack([4 * s - 3, 4 * s - 1, 4 - 8 * s], -1)
+    return shape, slope
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Edges of a boundary with Gauss points on them.
+
+    Parameters
+    ----------
+    edges
+        (m, 2) or (m, 3) node indices (first, last, middle), the body on the left of first→last.
+    nodes
+        (n, 2) reference positions of the body's nodes, mm.
+    thickness_mm
+        Thickness of the section, mm.
+    points_per_edge
+        Gauss points per edge.
+    """
+
+    edges: Index
+    nodes: Array
+    thickness_mm: float = 1.0
+    points_per_edge: int = 4
+    shape: Array = field(init=False, repr=False, compare=False)
+    """(q, k) shape functions at the Gauss points of an edge."""
+    slope: Array = field(init=False, repr=False, compare=False)
+    """(q, k) their derivatives with respect to the local coordinate."""
+    weight: Array = field(init=False, repr=False, compare=False)
+    """(m, q) reference area of each Gauss point, mm²."""
+    reference_speed: Array = field(init=False, repr=False, compare=False)
+    """(m, q) reference length per local coordinate, mm."""
+    arc_length: Array = field(init=False, repr=False, compare=False)
+    """(m, q) reference arc length of each Gauss point from the first edge's start, mm."""
+
+    def __post_init__(self) -> None:
+        if self.edges.ndim != 2 or self.edges.shape[1] not in {2, 3} or len(self.edges) == 0:
+            raise SurfaceError(
+                f"edges of shape {self.edges.shape} carry no contact: give (m, 2) or (m, 3)"
+            )
+        local, gauss_weight = np.polynomial.legendre.leggauss(self.points_per_edge)
+        local, gauss_weight = 0.5 * (local + 1), 0.5 * gauss_weight
+        shape, slope = edge_shapes(self.edges.shape[1], local)
+        speed = np.linalg.norm(np.einsum("qk,mkc->mqc", slope, self.nodes[self.edges]), axis=-1)
+        length = speed @ gauss_weight
+        start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
+        for name, value in (
+            ("shape", shape),
+            ("slope", slope),
+            ("reference_speed", speed),
+            ("weight", speed * gauss_weight * self.thickness_mm),
+            ("arc_length", start[:, None] + local * length[:, None]),
+        ):
+            object.__setattr__(self, name, value)
+
+    @property
+    def dofs(self) -> Index:
+        """(m, 2k) degrees of freedom of each edge, node by node, x before y."""
+        return (2 * self.edges[:, :, None] + np.arange(2)).reshape(len(self.edges), -1)
+
+    def positions(self, displacement: Array) -> Array:
+        """Return the deformed positions (m, q, 2) of the Gauss points, mm."""
+        deformed = (self.nodes + displacement)[self.edges]
+        return np.einsum("qk,mkc->mqc", self.shape, deformed)
+
+    def stretch(self, displacement: Array) -> Array:
+        """Return deformed over reference length (m, q) at the Gauss points."""
+        deformed = (self.nodes + displacement)[self.edges]
+        speed = np.linalg.norm(np.einsum("qk,mkc->mqc", self.slope, deformed), axis=-1)
+        ratio: Array = speed / self.reference_speed
+        return ratio
+
+    def assembled_force(self, traction: Array, edges: Index | None = None) -> tuple[Index, Array]:
+        """Return degrees of freedom and nodal forces, N, (j, 2k) of tractions (j, q, 2), MPa.
+
+        ``edges`` (j,) picks the edges that the tractions belong to; all of them by default.
+        """
+        chosen = np.arange(len(self.edges)) if edges is None else edges
+        nodal = np.einsum("qk,mq,mqc->mkc", self.shape, self.weight[chosen], traction)
+        return self.dofs[chosen], nodal.reshape(len(chosen), 2 * self.edges.shape[1])
+
+    def assembled_stiffness(self, slope: Array, edges: Index) -> Array:
+        """Return blocks (j, 2k, 2k), N/mm, of traction derivatives (j, q, 2, 2), MPa/mm."""
+        size = self.dofs.shape[1]
+        block = np.einsum(
+            "qa,qb,mq,mqcd->macbd", self.shape, self.shape, self.weight[edges], slope, optimize=True
+        )
+        return block.reshape(len(edges), size, size)

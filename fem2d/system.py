@@ -1,0 +1,140 @@
+"""A body, what holds it and what it touches: unbalanced forces and their derivative."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fem2d.body import Body
+from fem2d.contact import ContactResponse, RigidContact
+from fem2d.inertia import Inertia
+from fem2d.newton import Balance
+from fem2d.state import State
+from fem2d.tie import ElasticTie
+from geometry2d.rigid import RigidPlacement
+
+Array = NDArray[np.float64]
+
+AT_REST = RigidPlacement(0.0, (0.0, 0.0))
+"""Placement of a rigid body that stands still in the frame of the tissue."""
+
+
+@dataclass(frozen=True)
+class Energies:
+    """Where the energy is at one instant, N mm."""
+
+    strain: float
+    tie: float
+    penalty: float
+    kinetic: float
+
+
+@dataclass(frozen=True)
+class System:
+    """Everything whose forces balance.
+
+    Parameters
+    ----------
+    body
+        The tissue.
+    contacts
+        Contact pairs with rigid outlines.
+    ties
+        Elastic ties to bone.
+    inertia
+        What resists acceleration.
+    """
+
+    body: Body
+    contacts: tuple[RigidContact, ...]
+    ties: tuple[ElasticTie, ...]
+    inertia: Inertia
+    tie_stiffness: sp.csr_matrix = field(init=False, repr=False, compare=False)
+    mass: sp.csr_matrix = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        pattern = self.body.pattern
+        data = np.zeros(pattern.nnz)
+        for tie in self.ties:
+            dofs, blocks = tie.blocks()
+            np.add.at(data, pattern.slots(dofs), blocks)
+        object.__setattr__(self, "tie_stiffness", pattern.matrix(data))
+        mass = self.body.mass(self.inertia.density_tonne_per_mm3)
+        object.__setattr__(self, "mass", pattern.matrix(mass))
+
+    def state_at_rest(
+        self, time_s: float, placement: RigidPlacement, *, next_step_s: float
+    ) -> State:
+        """Return the undeformed state, the moving body at ``placement``."""
+        zero = np.zeros_like(self.body.nodes)
+        histories = tuple(
+            c.initial_history(zero, placement if c.moving else AT_REST) for c in self.contacts
+        )
+        return State(time_s, placement, zero, zero, zero, histories, next_step_s)
+
+    def contact_responses(
+        self, displacement: Array, placement: RigidPlacement, before: State
+    ) -> tuple[ContactResponse, ...]:
+        """Return what each contact pair does at a trial displacement (n, 2), mm."""
+        return tuple(
+            pair.response(displacement, placement if pair.moving else AT_REST, history)
+            for pair, history in zip(self.contacts, before.histories, strict=True)
+        )
+
+    def balance(
+        self,
+        displacement: Array,
+        placement: RigidPlacement,
+        before: State,
+        duration_s: float,
+        *,
+        body_moves_to: RigidPlacement | None = None,
+    ) -> Balance:
+        """Return the unbalanced forces at a displacement (n, 2), ``duration_s`` after ``before``.
+
+        With ``body_moves_to`` the moving body is about to go from ``placement`` there, and the
+        forces hold what that motion adds to first order.
+        """
+        response = self.body.response(displacement)
+        if not np.isfinite(response.energy):
+            nothing = np.full(displacement.size, np.inf)
+            return Balance(nothing, 0.0, lambda: self.mass)
+        touching = self.contact_responses(displacement, placement, before)
+        contact_force = np.zeros(displacement.size)
+        for pair, touch in zip(self.contacts, touching, strict=True):
+            np.add.at(contact_force, touch.dofs, touch.force)
+            if body_moves_to is not None and pair.moving:
+                moved = pair.force_of_moving_body(displacement, placement, body_moves_to, touch)
+                np.add.at(contact_force, touch.dofs, moved)
+        tie_force = self.tie_stiffness @ displacement.ravel()
+        residual = response.force + tie_force - contact_force
+        scale = max(float(np.max(np.abs(contact_force))), float(np.max(np.abs(tie_force))))
+        pull = 0.0
+        if self.inertia.density_tonne_per_mm3 > 0:
+            pull, free = self.inertia.pull(before, duration_s)
+            inertial = pull * (self.mass @ (displacement - free).ravel())
+            residual += inertial
+            scale = max(scale, float(np.max(np.abs(inertial))))
+
+        def matrix() -> sp.csr_matrix:
+            pattern = self.body.pattern
+            data = response.stiffness + self.tie_stiffness.data + pull * self.mass.data
+            for touch in touching:
+                np.subtract.at(data, pattern.slots(touch.dofs), touch.stiffness)
+            return pattern.matrix(data)
+
+        return Balance(residual, scale, matrix)
+
+    def energies(self, state: State) -> Energies:
+        """Return where the energy is in a committed state."""
+        touching = self.contact_responses(state.displacement, state.placement, state)
+        u, v = state.displacement.ravel(), state.velocity.ravel()
+        return Energies(
+            strain=self.body.energy_and_force(state.displacement).energy,
+            tie=0.5 * float(u @ (self.tie_stiffness @ u)),
+            penalty=sum(t.energy for t in touching),
+            kinetic=0.5 * float(v @ (self.mass @ v)),
+        )
