@@ -1,0 +1,251 @@
+"""The compiled loop over elements: energy, nodal forces and stiffness of a body."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.compiled import compiled
+from fem2d.kinematics import powers_section, powers_thickness, stretches_of
+from fem2d.materials.material import Array
+from fem2d.materials.powers import powers_volume
+
+Index = NDArray[np.int64]
+Index32 = NDArray[np.int32]
+
+
+@compiled
+def section_response(
+    row: Array,
+    plane: int,
+    x: Array,
+    pressure: float,
+    mixed: bool,
+    order: int,
+    projected: bool,
+    P: Array,
+    A: Array,
+    block: Array,
+    scratch: Array,
+) -> tuple[float, bool]:
+    """Call the law that ``row`` describes; arguments as of :func:`powers_section`."""
+    return powers_section(row, plane, x, pressure, mixed, order, projected, P, A, block, scratch)
+
+
+@compiled
+def volume_response(row: Array, v: float) -> tuple[float, float, float]:
+    """Return U, dU/dJ, d²U/dJ² of the law that ``row`` describes at v = ln J."""
+    return powers_volume(row, v)
+
+
+@compiled
+def section_thickness(row: Array, x: Array) -> float:
+    """Return the plane-stress thickness stretch at section entries ``x`` (5,), nan if none."""
+    s1, s2, determinant = stretches_of(x[0], x[1], x[2], x[3])
+    if not (determinant > 0.0 and s2 > 0.0):
+        return math.nan
+    e1, e2 = math.log(s1), math.log(s2)
+    v, found = powers_thickness(row, e1, e2)
+    return math.exp(v - e1 - e2) if found else math.nan
+
+
+@compiled
+def section_entries(
+    u: Array,
+    connectivity: Index,
+    gradients: Array,
+    values: Array,
+    radius: Array,
+    rows: Array,
+    row_of: Index,
+    plane: int,
+    entries: Array,
+) -> None:
+    """Fill the section entries (e, q, 5) of every integration point, F₃₃ included."""
+    elements, points = radius.shape
+    for e in range(elements):
+        for q in range(points):
+            x = entries[e, q]
+            gradient_at(u, connectivity[e], gradients[e, q], values[q], radius[e, q], plane, x)
+            if plane == 0:
+                x[4] = section_thickness(rows[row_of[e]], x)
+
+
+@compiled
+def gradient_at(
+    u: Array, nodes: Index, gradients: Array, values: Array, radius: float, plane: int, x: Array
+) -> None:
+    """Fill the section entries ``x`` (5,) at one point: F = I + Σ u_a ⊗ ∇N_a, F₃₃ = 1 + u_r/R."""
+    x[0] = x[3] = x[4] = 1.0
+    x[1] = x[2] = 0.0
+    for a in range(nodes.shape[0]):
+        ux, uy = u[nodes[a], 0], u[nodes[a], 1]
+        gx, gy = gradients[a, 0], gradients[a, 1]
+        x[0] += ux * gx
+        x[1] += ux * gy
+        x[2] += uy * gx
+        x[3] += uy * gy
+        if plane == 2:
+            x[4] += ux * values[a] / radius
+
+
+@compiled
+def mean_dilatation(
+    u: Array,
+    nodes: Index,
+    gradients: Array,
+    values: Array,
+    weights: Array,
+    radius: Array,
+    plane: int,
+    x: Array,
+) -> tuple[float, float]:
+    """Return the volume of an element and ln of its mean volume ratio (nan if some J ≤ 0)."""
+    volume = excess = 0.0
+    for q in range(weights.shape[0]):
+        gradient_at(u, nodes, gradients[q], values[q], radius[q], plane, x)
+        J = (x[0] * x[3] - x[1] * x[2]) * x[4]
+        if not (J > 0.0 and x[4] > 0.0):
+            return volume, math.nan
+        volume += weights[q]
+        excess += weights[q] * (J - 1.0)
+    return volume, math.log1p(excess / volume)
+
+
+@compiled
+def assemble(
+    u: Array,
+    connectivity: Index,
+    gradients: Array,
+    values: Array,
+    weights: Array,
+    radius: Array,
+    rows: Array,
+    row_of: Index,
+    plane: int,
+    mixed: bool,
+    order: int,
+    projected: bool,
+    first_slot: Index32,
+    row_length: Index,
+    force: Array,
+    data: Array,
+) -> float:
+    """Add a body's nodal forces (n, 2) and stiffness (nnz,) into arrays and return its energy.
+
+    Elements are taken one after another in their order, so the sums always come out the same. An
+    inadmissible point makes the energy infinite and contributes nothing.
+
+    Parameters
+    ----------
+    u
+        (n, 2) displacements, mm.
+    connectivity, gradients, values, weights, radius
+        (e, a) nodes, (e, q, a, 2) shape gradients, (q, a) shape functions, (e, q) volumes that
+        the points stand for (mm³), (e, q) distances from the axis (mm; unused unless axisymmetric).
+    rows, row_of
+        (m, k) material rows and (e,) which one each element has.
+    plane, mixed, order, projected
+        The section assumption; whether volumetric energies are those of element means; 0 energy,
+        1 also force, 2 also stiffness; whether point tangents are clamped.
+    first_slot, row_length
+        (e, a, a) data position of each pair of nodes, (n,) entries in a row of a node.
+    force, data
+        Where the sums go.
+    """
+    elements, count = connectivity.shape
+    points = weights.shape[1]
+    x, P = np.empty(5), np.empty(5)
+    A, block, scratch = np.zeros((5, 5)), np.empty((3, 3)), np.empty((6, 6))
+    n = 2 * count
+    fe, ke, T = np.empty(n), np.empty((n, n)), np.empty((5, n))
+    dJ = np.empty(n)
+    energy = 0.0
+    for e in range(elements):
+        row = rows[row_of[e]]
+        nodes = connectivity[e]
+        pressure = volume = second = 0.0
+        if mixed:
+            volume, v = mean_dilatation(
+                u, nodes, gradients[e], values, weights[e], radius[e], plane, x
+            )
+            if not math.isfinite(v):
+                energy = math.inf
+                continue
+            volumetric, pressure, second = volume_response(row, v)
+            energy += volume * volumetric
+            dJ[:] = 0.0
+        fe[:] = 0.0
+        ke[:, :] = 0.0
+        admissible = True
+        for q in range(points):
+            grads, shape = gradients[e, q], values[q]
+            gradient_at(u, nodes, grads, shape, radius[e, q], plane, x)
+            density, admissible = section_response(
+                row, plane, x, pressure, mixed, order, projected, P, A, block, scratch
+            )
+            if not admissible:
+                break
+            w = weights[e, q]
+            energy += w * density
+            if order == 0:
+                continue
+            hoop = 1.0 / radius[e, q] if plane == 2 else 0.0
+            for a in range(count):
+                gx, gy = grads[a, 0], grads[a, 1]
+                fe[2 * a] += w * (P[0] * gx + P[1] * gy + P[4] * shape[a] * hoop)
+                fe[2 * a + 1] += w * (P[2] * gx + P[3] * gy)
+                if mixed:
+                    area = x[0] * x[3] - x[1] * x[2]
+                    dJ[2 * a] += w * (x[4] * (x[3] * gx - x[2] * gy) + area * shape[a] * hoop)
+                    dJ[2 * a + 1] += w * x[4] * (x[0] * gy - x[1] * gx)
+            if order == 2:
+                add_stiffness(w, A, grads, shape, hoop, plane == 2, T, ke)
+        if not admissible:
+            energy = math.inf
+            continue
+        if order == 0:
+            continue
+        for a in range(count):
+            force[nodes[a], 0] += fe[2 * a]
+            force[nodes[a], 1] += fe[2 * a + 1]
+        if order == 1:
+            continue
+        if mixed and not (projected and second < 0.0):
+            for i in range(n):
+                scaled = second / volume * dJ[i]
+                for j in range(i, n):
+                    ke[i, j] += scaled * dJ[j]
+        for a in range(count):
+            length = row_length[nodes[a]]
+            for b in range(count):
+                slot = first_slot[e, a, b]
+                for i in range(2):
+                    for k in range(2):
+                        r, c = 2 * a + i, 2 * b + k
+                        data[slot + i * length + k] += ke[r, c] if r <= c else ke[c, r]
+    return energy
+
+
+@compiled
+def add_stiffness(
+    w: float, A: Array, grads: Array, shape: Array, hoop: float, third: bool, T: Array, ke: Array
+) -> None:
+    """Add ``w · Bᵀ A B`` of one point to the upper triangle of an element stiffness."""
+    count = grads.shape[0]
+    for b in range(count):
+        gx, gy = grads[b, 0], grads[b, 1]
+        for m in range(5 if third else 4):
+            T[m, 2 * b] = w * (A[m, 0] * gx + A[m, 1] * gy)
+            T[m, 2 * b + 1] = w * (A[m, 2] * gx + A[m, 3] * gy)
+            if third:
+                T[m, 2 * b] += w * A[m, 4] * shape[b] * hoop
+    for a in range(count):
+        gx, gy = grads[a, 0], grads[a, 1]
+        for c in range(2 * a, 2 * count):
+            ke[2 * a, c] += gx * T[0, c] + gy * T[1, c]
+            ke[2 * a + 1, c] += gx * T[2, c] + gy * T[3, c]
+            if third:
+                ke[2 * a, c] += shape[a] * hoop * T[4, c]
