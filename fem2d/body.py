@@ -42,7 +42,7 @@ class Response:
     force
         (2n,) derivative of the energy with respect to the displacements, N.
     stiffness
-        (nnz,) derivative of the force, N/mm, data of the body's sparsity pattern; empty if it was
+        (nonzeros,) derivative of the force, N/mm, data of the body's sparsity pattern; empty if it was
         not asked for.
     """
 
@@ -250,11 +250,11 @@ class Body:
         )
 
     def mass(self, density_tonne_per_mm3: float) -> Array:
-        """Return the consistent mass matrix, tonne, as data (nnz,) of the body's pattern."""
+        """Return the consistent mass matrix, tonne, as data (nonzeros,) of the body's pattern."""
         _, values, weights = self._mass_quadrature
         block = density_tonne_per_mm3 * np.einsum("eq,qa,qb->eab", weights, values, values)
         con = self.tables.connectivity
-        data = np.zeros(self.pattern.nnz)
+        data = np.zeros(self.pattern.nonzeros)
         first = self.pattern.node_pairs(con[:, :, None], con[:, None, :])
         np.add.at(data, first, block)
         np.add.at(data, first + self.pattern.row_length[con][:, :, None] + 1, block)
@@ -323,7 +323,7 @@ class Body:
     def _assembled(self, u: ArrayLike, order: int, projected: bool) -> Response:
         displacement = self._displacement(u)
         force = np.zeros(self.nodes.shape)
-        data = np.zeros(self.pattern.nnz if order == 2 else 0)
+        data = np.zeros(self.pattern.nonzeros if order == 2 else 0)
         energy = assemble(
             displacement,
             self.tables.connectivity,
