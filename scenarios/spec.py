@@ -47,10 +47,6 @@ class Recording:
     end_s: float | None = setting(
         default=None, unit="s", minimum=0.0, description="last time used; to the end if absent"
     )
-    rendered: bool = setting(
-        default=False,
-        description="drawn by a virtual camera, not filmed; said wherever it is shown",
-    )
 
 
 @dataclass(frozen=True)

@@ -66,6 +66,14 @@ class SolutionWriter:
         self.count = len(self._files())
         self.log(f"drinksim {version('drinksim')}, after {self.count} increments")
 
+    def __enter__(self) -> SolutionWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Leave nothing behind if the run failed before there was anything to go on from."""
+        if kind is not None and self.count == 0:
+            shutil.rmtree(self.partial, ignore_errors=True)
+
     @property
     def folder(self) -> Path:
         """The directory that is being filled."""
@@ -74,6 +82,13 @@ class SolutionWriter:
     def keep(self, file: Path) -> Path:
         """Copy a file into the run directory, so that the run can be repeated and shown from it."""
         kept = self.partial / file.name
+        if kept.is_file():
+            if kept.read_bytes() != file.read_bytes():
+                raise SolutionError(
+                    f"{self.partial} was started with another {file.name} than {file}: give that "
+                    "one, or run without --resume to start over"
+                )
+            return kept
         with file_at_once(kept) as partial:
             shutil.copyfile(file, partial)
         return kept

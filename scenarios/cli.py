@@ -1,0 +1,271 @@
+"""The console script ``drinksim``: every command is a thin layer over a function.
+
+Exit codes: 0, 2 for wrong usage or wrong input (one line on stderr), 3 for a computation that
+could not finish (what was computed is kept).
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NoReturn
+
+from scenarios.progress import Progress, progress_line
+from scenarios.spec import (
+    Recording,
+    Scenario,
+    Solver,
+    library_names,
+    read_scenario,
+    resolved_tables,
+)
+
+WRONG_INPUT = 2
+NOT_FINISHED = 3
+INTERRUPTED = 130
+PACKAGES = ("geometry2d", "mocap", "fem2d", "scenarios")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        code: int = options.command(options)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        return _complain("interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        # Whoever read our output has enough; nothing is left to be flushed at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        return _complain(f"{place}{error.strerror or error}: check the path and its permissions")
+    except ValueError as error:
+        if not _is_ours(error):
+            raise
+        return _complain(str(error))
+    return code
+
+
+def _convert(options: argparse.Namespace) -> int:
+    from scenarios.run import convert_recording
+
+    recording = Recording(
+        video=str(options.video),
+        markers=str(options.markers),
+        start_s=options.start,
+        end_s=options.end,
+    )
+    with progress_line("convert") as progress:
+        motion = convert_recording(recording, options.out, progress=progress)
+    print(f"{motion.parent}: tracks.csv, motion.csv, boundary_conditions, overlay.mp4")
+    return 0
+
+
+def _scenarios(options: argparse.Namespace) -> int:
+    if options.name is None:
+        for name in library_names():
+            print(f"{name:<8}  {read_scenario(name).description}")
+        return 0
+    scenario = read_scenario(options.name, options.set)
+    print(f"{scenario.name}: {scenario.description}")
+    for name, lines in resolved_tables(scenario):
+        print(f"\n[{name}]")
+        print("\n".join(lines))
+    return 0
+
+
+def _replay(options: argparse.Namespace) -> int:
+    from scenarios.run import replay_into
+
+    scenario = _chosen_scenario(options)
+    with progress_line(f"replay {scenario.name}") as progress:
+        run = replay_into(scenario, options.out, resume=options.resume, progress=progress)
+    print(f"{run.folder}: {run.sentence}")
+    return 0 if run.finished else _complain(run.sentence, NOT_FINISHED)
+
+
+def _animate(options: argparse.Namespace) -> int:
+    from scenarios.animation import animate
+
+    with progress_line("animate") as progress:
+        animate(options.run, options.out, beside_video=options.beside_video, progress=progress)
+    print(options.out)
+    return 0
+
+
+def _demo(options: argparse.Namespace) -> int:
+    from scenarios.animation import animate
+    from scenarios.plots import plot_histories
+    from scenarios.run import convert_recording, replay_into
+
+    out: Path = options.out
+    scenario = read_scenario("A38-F")
+    assert scenario.recording is not None  # the library's scenarios are recorded
+    film, sheet, histories = (out / f"A38-F{ending}" for ending in (".mp4", ".png", "-history.png"))
+    with _stage("1/4 convert: video to motion") as progress:
+        motion = convert_recording(scenario.recording, out / "conversion", progress=progress)
+    with _stage("2/4 replay: motion to contact") as progress:
+        run = replay_into(
+            scenario.with_motion(motion), out / "replay", resume=False, progress=progress
+        )
+    with _stage("3/4 animate: model beside recording") as progress:
+        animate(run.folder, film, beside_video=True, progress=progress)
+        animate(run.folder, sheet, beside_video=True, progress=progress)
+    with _stage("4/4 plot: histories"):
+        plot_histories([run.folder], histories)
+    print(f"\n{run.sentence}\n\nLook at")
+    for path, what in (
+        (film, "the sip: recording and model side by side"),
+        (sheet, "the same as six frames"),
+        (histories, "strain, stress and pressure over the sip"),
+        (out / "conversion" / "overlay.mp4", "the recording with its tracked markers"),
+        (run.folder / "history.csv", "the numbers"),
+    ):
+        print(f"  {path!s:<32}  {what}")
+    return 0 if run.finished else _complain(run.sentence, NOT_FINISHED)
+
+
+@contextmanager
+def _stage(title: str) -> Iterator[Progress]:
+    """Say in one line, also in a pipe, what is being done and how long it took."""
+    started = time.monotonic()
+    with progress_line(title) as progress:
+        yield progress
+    print(f"{title:<40} {time.monotonic() - started:6.1f} s", flush=True)
+
+
+def _chosen_scenario(options: argparse.Namespace) -> Scenario:
+    overrides = list(options.set)
+    for name in ("plane", "resolution"):
+        if getattr(options, name) is not None:
+            overrides.append(f"solver.{name}={getattr(options, name)}")
+    scenario = read_scenario(options.scenario, overrides)
+    return scenario if options.motion is None else scenario.with_motion(options.motion)
+
+
+def _complain(sentence: str, code: int = WRONG_INPUT) -> int:
+    print(f"drinksim: {' '.join(sentence.split())}", file=sys.stderr)
+    return code
+
+
+def _is_ours(error: ValueError) -> bool:
+    """Whether the error is one of the packages' own kinds, which speak about the user's input."""
+    return type(error).__module__.partition(".")[0] in PACKAGES
+
+
+class _Parser(argparse.ArgumentParser):
+    """Complains about wrong usage in one line that says where help is."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(_complain(f"{message} (see {self.prog} --help)"))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="drinksim",
+        description="A virtual consumer: how a package opening feels on the lips.",
+        epilog="example: drinksim demo --out demo",
+    )
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
+
+    def command(
+        name: str, function: Callable[[argparse.Namespace], int], about: str, example: str
+    ) -> argparse.ArgumentParser:
+        added = commands.add_parser(
+            name, help=about, description=f"{about}.", epilog=f"example: {example}"
+        )
+        added.set_defaults(command=function)
+        return added
+
+    demo = command(
+        "demo",
+        _demo,
+        "the whole chain on the bundled A38-F recording",
+        "drinksim demo --out demo",
+    )
+    _add_out(demo)
+
+    convert = command(
+        "convert",
+        _convert,
+        "turn a video into motions of head and package and boundary-condition tables",
+        "drinksim convert sip.mp4 --markers markers.toml --out sip",
+    )
+    convert.add_argument("video", metavar="VIDEO", type=Path, help="the recording, side view")
+    convert.add_argument(
+        "--markers", metavar="FILE", type=Path, required=True, help="marker file (TOML)"
+    )
+    _add_out(convert)
+    convert.add_argument("--start", metavar="S", type=float, help="first time used, s")
+    convert.add_argument("--end", metavar="S", type=float, help="last time used, s")
+
+    scenarios = command(
+        "scenarios",
+        _scenarios,
+        "list the scenarios, or show one with every setting, its unit and its source",
+        "drinksim scenarios A38-F",
+    )
+    scenarios.add_argument("name", metavar="NAME", nargs="?", help="a built-in name or a file")
+    _add_set(scenarios)
+
+    replay = command(
+        "replay",
+        _replay,
+        "replay a recorded sip on the model of the lips",
+        "drinksim replay A38-F --out run --resolution coarse --set contact.friction=0.5",
+    )
+    replay.add_argument("scenario", metavar="SCENARIO", help="a built-in name or a scenario file")
+    _add_out(replay)
+    replay.add_argument(
+        "--motion", metavar="FILE", type=Path, help="motion.csv to replay instead of the scenario's"
+    )
+    for field in dataclasses.fields(Solver):
+        if field.metadata["choices"]:
+            replay.add_argument(
+                f"--{field.name}",
+                choices=field.metadata["choices"],
+                help=f"{field.metadata['description']} (default: the scenario's)",
+            )
+    replay.add_argument(
+        "--resume", action="store_true", help="go on with the unfinished run in --out, if any"
+    )
+    _add_set(replay)
+
+    animate = command(
+        "animate",
+        _animate,
+        "show a run as a film (.mp4, .gif) or as six frames (.png)",
+        "drinksim animate run --out sip.mp4 --beside-video",
+    )
+    animate.add_argument("run", metavar="DIR", type=Path, help="a run directory")
+    animate.add_argument(
+        "--out", metavar="FILE", type=Path, required=True, help="ending in .mp4, .gif or .png"
+    )
+    animate.add_argument(
+        "--beside-video", action="store_true", help="put the recording next to the model"
+    )
+    return parser
+
+
+def _add_out(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--out", metavar="DIR", type=Path, required=True, help="directory for the results"
+    )
+
+
+def _add_set(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="change a setting, e.g. contact.friction=0.5; may be repeated",
+    )

@@ -1,0 +1,49 @@
+"""One line that says how far a computation is: on a terminal, and nowhere else."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+Progress = Callable[[float, str], None]
+"""Called with the share that is done (0…1) and what is being done."""
+
+BAR_WIDTH = 24
+SECONDS_BETWEEN_UPDATES = 0.1
+
+
+@contextmanager
+def progress_line(title: str) -> Iterator[Progress]:
+    """Yield a function that shows progress on stderr's terminal; silent if stderr is a pipe."""
+    if not sys.stderr.isatty():
+        yield lambda share, text: None
+        return
+    shown_at = 0.0
+    started = time.monotonic()
+
+    def show(share: float, text: str) -> None:
+        nonlocal shown_at
+        now = time.monotonic()
+        if now - shown_at < SECONDS_BETWEEN_UPDATES and share < 1.0:
+            return
+        shown_at = now
+        sys.stderr.write("\r\x1b[K" + _line(title, share, text, now - started))
+        sys.stderr.flush()
+
+    try:
+        yield show
+    finally:
+        sys.stderr.write("\r\x1b[K")
+        sys.stderr.flush()
+
+
+def _line(title: str, share: float, text: str, elapsed_s: float) -> str:
+    """Return the line, no longer than the terminal is wide."""
+    share = min(max(share, 0.0), 1.0)
+    filled = round(share * BAR_WIDTH)
+    bar = "━" * filled + "╌" * (BAR_WIDTH - filled)
+    line = f"{title} {bar} {share:4.0%} {elapsed_s:4.0f} s  {text}"
+    return line[: shutil.get_terminal_size().columns - 1]
