@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.compiled import compiled
-from fem2d.kinematics import powers_section, powers_thickness, stretches_of
+from fem2d.kinematics import (
+    fibres_section,
+    fibres_thickness,
+    powers_section,
+    powers_thickness,
+    stretches_of,
+)
+from fem2d.materials.fibres import FIBRES, fibres_volume
 from fem2d.materials.material import Array
 from fem2d.materials.powers import powers_volume
 
@@ -31,12 +38,16 @@ def section_response(
     scratch: Array,
 ) -> tuple[float, bool]:
     """Call the law that ``row`` describes; arguments as of :func:`powers_section`."""
+    if row[0] == FIBRES:
+        return fibres_section(row, plane, x, pressure, mixed, order, projected, P, A, scratch)
     return powers_section(row, plane, x, pressure, mixed, order, projected, P, A, block, scratch)
 
 
 @compiled
 def volume_response(row: Array, v: float) -> tuple[float, float, float]:
     """Return U, dU/dJ, d²U/dJ² of the law that ``row`` describes at v = ln J."""
+    if row[0] == FIBRES:
+        return fibres_volume(row, v)
     return powers_volume(row, v)
 
 
@@ -46,6 +57,9 @@ def section_thickness(row: Array, x: Array) -> float:
     s1, s2, determinant = stretches_of(x[0], x[1], x[2], x[3])
     if not (determinant > 0.0 and s2 > 0.0):
         return math.nan
+    if row[0] == FIBRES:
+        v, found = fibres_thickness(row, x, determinant)
+        return math.exp(v) / determinant if found else math.nan
     e1, e2 = math.log(s1), math.log(s2)
     v, found = powers_thickness(row, e1, e2)
     return math.exp(v - e1 - e2) if found else math.nan

@@ -42,7 +42,7 @@ class Response:
     force
         (2n,) derivative of the energy with respect to the displacements, N.
     stiffness
-        (nonzeros,) derivative of the force, N/mm, data of the body's sparsity pattern; empty if it was
+        (nnz,) derivative of the force, N/mm, data of the body's sparsity pattern; empty if it was
         not asked for.
     """
 

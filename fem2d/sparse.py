@@ -109,5 +109,5 @@ class SparsePattern:
         return where
 
     def matrix(self, data: Array) -> csr_matrix:
-        """Return the sparse matrix with these entries (nonzeros,); it shares the pattern's arrays."""
+        """Return the sparse matrix with these entries; it shares the pattern's arrays."""
         return csr_matrix((data, self.indices, self.indptr), shape=(self.size, self.size))
