@@ -576,6 +576,17 @@ class _Window:
     def shape(self) -> tuple[int, int]:
         return self.bottom - self.top, self.right - self.left
 
+    def cut_to(self, other: _Window) -> _Window:
+        """Return the part of this window that another one shares."""
+        top, left = max(self.top, other.top), max(self.left, other.left)
+        bottom, right = min(self.bottom, other.bottom), min(self.right, other.right)
+        return _Window(top, left, max(bottom, top), max(right, left))
+
+    def seen_from(self, other: _Window) -> tuple[slice, slice]:
+        """Return the slices of this window in an array that covers a window around it."""
+        rows = slice(self.top - other.top, self.bottom - other.top)
+        return rows, slice(self.left - other.left, self.right - other.left)
+
     @property
     def slices(self) -> tuple[slice, slice]:
         return slice(self.top, self.bottom), slice(self.left, self.right)
@@ -590,24 +601,37 @@ def _drawn(scene: Scene, camera: Camera, sensor: Sensor, time_s: float) -> Image
     picture[:] = sensor.linear(scene.background)
     for body in scene.bodies:
         placement = body.motion.at(time_s)
-        named = {shape.name: shape for shape in body.shapes if shape.name}
+        named: dict[str, tuple[_Window, NDArray[np.float32]]] = {}
         for shape in body.drawn():
             corners = _projected(shape, placement, camera)
             softness = shape.softness_mm * camera.pixels_per_mm(shape.depth_mm)
             window = _Window.around(corners, 3 * softness, camera)
-            if 0 in window.shape:
-                continue
-            alpha = _softened(window, corners, softness) * np.float32(shape.opacity)
             if shape.inside is not None:
-                if shape.inside not in named:
-                    raise SyntheticError(
-                        f"shape {shape.name!r} of body {body.name!r} is to lie inside "
-                        f"{shape.inside!r}, which does not exist; there are {sorted(named)}"
-                    )
-                alpha = alpha * window.covered(_projected(named[shape.inside], placement, camera))
+                frame, within = _named(shape, body, named)
+                window = window.cut_to(frame)
+            if 0 in window.shape and not shape.name:
+                continue
+            alpha = _softened(window, corners, softness)
+            if shape.inside is not None:
+                alpha = alpha * within[window.seen_from(frame)]
+            if shape.name:
+                named[shape.name] = window, alpha
             part = picture[window.slices]
-            part += alpha[..., None] * (sensor.linear(shape.colour) - part)
+            opaque = alpha[..., None] * np.float32(shape.opacity)
+            part += opaque * (sensor.linear(shape.colour) - part)
     return picture
+
+
+def _named(
+    shape: Shape, body: Body, named: Mapping[str, tuple[_Window, NDArray[np.float32]]]
+) -> tuple[_Window, NDArray[np.float32]]:
+    """Return the window and coverage of the earlier shape that a shape is confined to."""
+    if shape.inside not in named:
+        raise SyntheticError(
+            f"a shape of body {body.name!r} is to lie inside {shape.inside!r}, which is not drawn "
+            f"before it: named before it are {', '.join(sorted(named)) or 'none'}"
+        )
+    return named[shape.inside]
 
 
 def _projected(shape: Shape, placement: RigidPlacement, camera: Camera) -> Array:
@@ -616,7 +640,7 @@ def _projected(shape: Shape, placement: RigidPlacement, camera: Camera) -> Array
 
 def _softened(window: _Window, corners_px: Array, softness_px: float) -> NDArray[np.float32]:
     """Coverage with a softened edge; wide softening is done on a coarser grid, then enlarged."""
-    if softness_px <= 0:
+    if softness_px <= 0 or 0 in window.shape:
         return window.covered(corners_px)
     import cv2
 
