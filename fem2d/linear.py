@@ -7,6 +7,7 @@ of SuperLU's time (benchmarks/linear.py), installs from a wheel and is chosen wh
 
 from __future__ import annotations
 
+import sys
 from typing import Protocol
 
 import numpy as np
@@ -105,7 +106,7 @@ class Pardiso:
 
     def __del__(self) -> None:
         matrix = getattr(self, "_matrix", None)
-        if matrix is not None:
+        if matrix is not None and not sys.is_finalizing():
             self._call(self._FREE, matrix, np.zeros(matrix.shape[0]))
 
 

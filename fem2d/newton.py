@@ -37,6 +37,8 @@ class NewtonSettings:
         Nodal force below which nothing is considered to act, N.
     iterations
         Most iterations before giving up.
+    full_steps
+        Steps taken whole before those that make the forces grow are damped.
     halvings
         How often a step is halved if it leads nowhere admissible.
     """
@@ -44,6 +46,7 @@ class NewtonSettings:
     tolerance: float = field(default=1e-8, metadata={"help": "relative force balance"})
     force_floor_n: float = field(default=1e-4, metadata={"unit": "N", "help": "smallest force"})
     iterations: int = field(default=20, metadata={"help": "most Newton iterations"})
+    full_steps: int = field(default=3, metadata={"help": "steps taken whole before damping"})
     halvings: int = field(default=6, metadata={"help": "most halvings of a Newton step"})
 
 
@@ -100,9 +103,10 @@ def solve(
 ) -> NewtonResult:
     """Return the displacement (n, 2) at which the residual of ``balance_at`` vanishes.
 
-    Full Newton steps are taken; a step is halved only while it leads to an inadmissible
-    deformation or makes the forces grow a hundredfold, because contact that opens and closes makes
-    a strict descent condition refuse good steps.
+    The first steps are full ones, halved only where they lead to an inadmissible deformation:
+    contact that opens and closes makes a strict descent condition refuse good steps. Later ones
+    that do not make the forces smaller are halved too, which ends the cycles into which points
+    between stick and slip, or open and closed, can draw a full Newton method.
     """
     displacement = start
     balance = balance_at(displacement)
@@ -115,15 +119,19 @@ def solve(
             step = -solver.solve(balance.residual).reshape(start.shape)
         except SingularMatrixError:
             return NewtonResult(NewtonStatus.SINGULAR, displacement, tuple(norms))
+        patient = len(norms) > settings.full_steps
+        best: tuple[float, Array, Balance] | None = None
         for halving in range(settings.halvings + 1):
             trial = displacement + 0.5**halving * step
-            balance_there = balance_at(trial)
-            norm = _norm(balance_there)
-            if np.isfinite(norm) and norm <= 100 * norms[-1] + balance_there.force_scale:
+            there = balance_at(trial)
+            norm = _norm(there)
+            if np.isfinite(norm) and (best is None or norm < best[0]):
+                best = (norm, trial, there)
+            if best is not None and (not patient or best[0] < 0.9 * norms[-1] or halving > 1):
                 break
-        else:
+        if best is None:
             return NewtonResult(NewtonStatus.INADMISSIBLE, displacement, tuple(norms))
-        displacement, balance = trial, balance_there
+        norm, displacement, balance = best
         norms.append(norm)
         if norm <= settings.tolerance * max(balance.force_scale, settings.force_floor_n):
             return NewtonResult(NewtonStatus.CONVERGED, displacement, tuple(norms))

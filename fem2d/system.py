@@ -57,7 +57,7 @@ class System:
 
     def __post_init__(self) -> None:
         pattern = self.body.pattern
-        data = np.zeros(pattern.nnz)
+        data = np.zeros(len(pattern.indices))
         for tie in self.ties:
             dofs, blocks = tie.blocks()
             np.add.at(data, pattern.slots(dofs), blocks)
