@@ -1,0 +1,250 @@
+"""Materials from TOML files, and the library of those the thesis names.
+
+A material is a table with the key ``law`` and that law's parameters, with units in their names:
+
+``neo-hookean``
+    ``C10_mpa`` and ``D1_per_mpa`` (or ``poisson``)
+``ogden``
+    ``mu_mpa``, ``alpha`` (a number or one for each term) and ``D_per_mpa`` (or ``poisson``)
+``holzapfel-gasser-ogden``
+    ``C10_mpa``, ``k1_mpa``, ``k2``, ``kappa``, ``D_per_mpa`` (or ``poisson``) and ``fibres``
+
+``source`` and ``reading`` say in words where the numbers come from and which reading was taken
+where the source contradicts itself; ``range.<parameter> = [lowest, first guess, highest]`` keeps
+the limits of a calibration. A library file holds one such table a layer and is addressed as
+``file/layer``, e.g. ``L2-Ogden/dermis``; a file with a single layer by its name alone.
+"""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
+from fem2d.materials.material import Material, MaterialError, compressibility
+from fem2d.materials.neo_hookean import NeoHookean
+from fem2d.materials.ogden import Ogden
+
+LIBRARY = Path(str(files("fem2d") / "materials" / "library"))
+NOTES = ("source", "reading", "range")
+# law: (required parameters, optional ones, names of the compressibility)
+LAWS: dict[str, tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]] = {
+    "neo-hookean": (("C10_mpa",), (), ("D1_per_mpa", "D_per_mpa")),
+    "ogden": (("mu_mpa", "alpha"), (), ("D_per_mpa", "D1_per_mpa")),
+    "holzapfel-gasser-ogden": (
+        ("C10_mpa", "k1_mpa", "k2", "kappa"),
+        ("fibres",),
+        ("D_per_mpa", "D1_per_mpa"),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class MaterialCard:
+    """A material of a file, with what is known about its numbers.
+
+    Attributes
+    ----------
+    name
+        ``file/layer``.
+    material
+        The law.
+    parameters
+        The table as written.
+    source, reading
+        Where the numbers come from; which reading was taken, and why.
+    ranges
+        ``{parameter: (lowest, first guess, highest)}`` of a calibration.
+    """
+
+    name: str
+    material: Material
+    parameters: Mapping[str, Any]
+    source: str = ""
+    reading: str = ""
+    ranges: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+
+
+def library_materials() -> list[str]:
+    """Return the names of all materials of the library, ``file/layer``."""
+    return [
+        f"{path.stem}/{layer}"
+        for path in sorted(LIBRARY.glob("*.toml"))
+        for layer in tomllib.loads(path.read_text(encoding="utf-8"))
+    ]
+
+
+def configuration(name: str) -> dict[str, Material]:
+    """Return the layers of a library file, outermost first.
+
+    >>> list(configuration("L2-Ogden"))
+    ['dermis', 'bulk']
+    """
+    layers = [full for full in library_materials() if full.split("/")[0] == name]
+    if not layers:
+        known = list(dict.fromkeys(full.split("/")[0] for full in library_materials()))
+        raise MaterialError(_nearest("configuration", name, known))
+    return {full.split("/")[1]: material_card(full).material for full in layers}
+
+
+def material_named(name_or_file: str) -> Material:
+    """Return a material of the library, or of a TOML file.
+
+    Parameters
+    ----------
+    name_or_file
+        ``L2-Ogden/dermis``; ``L1`` where a library file has one layer; or the path of a TOML file
+        with one material.
+
+    Raises
+    ------
+    MaterialError
+        If there is no such material, or it is described wrongly.
+
+    >>> material_named("L1").C10_mpa
+    0.0049767
+    """
+    return material_card(name_or_file).material
+
+
+def material_card(name_or_file: str) -> MaterialCard:
+    """Return a material with its source and reading; arguments as of :func:`material_named`."""
+    path = Path(name_or_file)
+    if path.suffix == ".toml":
+        if not path.is_file():
+            raise MaterialError(
+                f"material file {name_or_file} does not exist: give a path, or one of "
+                + ", ".join(library_materials())
+            )
+        return _card(path.stem, _read(path), f"{name_or_file}: ")
+    known = library_materials()
+    single = {n.split("/")[0]: n for n in known}
+    name = name_or_file
+    if name in single and sum(n.startswith(f"{name}/") for n in known) == 1:
+        name = single[name]
+    if name not in known:
+        raise MaterialError(_nearest("material", name, known))
+    file, layer = name.split("/")
+    return _card(name, _read(LIBRARY / f"{file}.toml")[layer], f"{name}: ")
+
+
+def material_from(table: Mapping[str, Any], where: str = "") -> Material:
+    """Return the material that a table describes.
+
+    Parameters
+    ----------
+    table
+        Keys as in the module's description.
+    where
+        Start of every message, e.g. the name of the file and a colon.
+
+    Raises
+    ------
+    MaterialError
+        Naming the parameter, its value and the remedy.
+    """
+    law = table.get("law")
+    if law not in LAWS:
+        raise MaterialError(
+            (f"{where}law = {law!r} is unknown: " if law else f"{where}law is missing: ")
+            + "choose one of "
+            + ", ".join(LAWS)
+        )
+    required, optional, compressible = LAWS[law]
+    allowed = ("law", *required, *optional, *compressible, "poisson", *NOTES)
+    for key in table:
+        if key not in allowed:
+            near = difflib.get_close_matches(key, allowed, n=1)
+            raise MaterialError(
+                f"{where}{key} = {table[key]!r} is no parameter of {law}"
+                + (f": did you mean {near[0]}?" if near else f": it has {', '.join(allowed)}")
+            )
+    for key in required:
+        if key not in table:
+            raise MaterialError(f"{where}{key} is missing: {law} needs {', '.join(required)}")
+    given = [key for key in (*compressible, "poisson") if key in table]
+    if len(given) != 1:
+        raise MaterialError(
+            f"{where}"
+            + (f"{' and '.join(given)} are given" if given else "compressibility is missing")
+            + f": give poisson (e.g. 0.49) or {compressible[0]}, not both"
+        )
+    try:
+        return _law(law, table, given[0])
+    except MaterialError as error:
+        raise MaterialError(f"{where}{error}") from None
+
+
+def _law(law: str, table: Mapping[str, Any], given: str) -> Material:
+    if law == "ogden":
+        mu, alpha = _numbers(table, "mu_mpa"), _numbers(table, "alpha")
+        if given == "poisson":
+            if sum(mu) <= 0:
+                return Ogden(mu, alpha, (1.0,))  # says what is wrong with mu
+            return Ogden.from_poisson(mu, alpha, _number(table, "poisson"))
+        return Ogden(mu, alpha, _numbers(table, given))
+    C10 = _number(table, "C10_mpa")
+    if given == "poisson":
+        D = compressibility(2 * C10, _number(table, "poisson")) if C10 > 0 else 1.0
+    else:
+        D = _number(table, given)
+    if law == "neo-hookean":
+        return NeoHookean(C10, D)
+    fibres = table.get("fibres", [[1.0, 0.0, 0.0]])
+    try:
+        directions = tuple((float(a), float(b), float(c)) for a, b, c in fibres)
+    except (TypeError, ValueError):
+        raise MaterialError(
+            f"fibres = {fibres!r}: give one direction [x, y, z] for each family"
+        ) from None
+    k1, k2, kappa = (_number(table, key) for key in ("k1_mpa", "k2", "kappa"))
+    return HolzapfelGasserOgden(C10, k1, k2, kappa, D, directions)
+
+
+def _number(table: Mapping[str, Any], key: str) -> float:
+    value = table[key]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise MaterialError(f"{key} = {value!r} is not a number")
+    return float(value)
+
+
+def _numbers(table: Mapping[str, Any], key: str) -> tuple[float, ...]:
+    value = table[key]
+    return tuple(_number({key: v}, key) for v in (value if isinstance(value, list) else [value]))
+
+
+def _card(name: str, table: Mapping[str, Any], where: str) -> MaterialCard:
+    ranges = {
+        key: (float(low), float(guess), float(high))
+        for key, (low, guess, high) in table.get("range", {}).items()
+    }
+    parameters = {key: value for key, value in table.items() if key not in NOTES}
+    return MaterialCard(
+        name,
+        material_from(table, where),
+        parameters,
+        table.get("source", ""),
+        table.get("reading", ""),
+        ranges,
+    )
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise MaterialError(f"{path}: not valid TOML: {error}") from None
+
+
+def _nearest(kind: str, name: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(name, known, n=1)
+    return (
+        f"there is no {kind} {name!r}"
+        + (f": did you mean {near[0]!r}?" if near else ":")
+        + f" The library has {', '.join(known)}; a file of your own ends in .toml"
+    )
