@@ -110,6 +110,55 @@ class Pardiso:
             self._call(self._FREE, matrix, np.zeros(matrix.shape[0]))
 
 
+def negative_pivots(symmetric: sp.csr_matrix) -> int:
+    """Return the number of negative eigenvalues of a symmetric matrix.
+
+    By Sylvester's law of inertia it is the number of negative pivots of a symmetric factorisation:
+    PARDISO's Bunch–Kaufman where available, else SuperLU kept on the diagonal.
+
+    Raises
+    ------
+    SingularMatrixError
+        If a pivot vanishes.
+    """
+    try:
+        return _negative_pivots_pardiso(symmetric)
+    except ImportError:
+        return _negative_pivots_superlu(symmetric)
+
+
+def _negative_pivots_pardiso(symmetric: sp.csr_matrix) -> int:
+    from pypardiso import PyPardisoSolver
+    from pypardiso.pardiso_wrapper import PyPardisoError
+
+    symmetric_indefinite, analyse_and_factorise, release = -2, 12, -1
+    library = PyPardisoSolver(mtype=symmetric_indefinite)
+    library.libmkl.MKL_Set_Num_Threads(1)
+    upper = sp.triu(symmetric, format="csr")
+    nothing = np.zeros(upper.shape[0])
+    library.set_phase(analyse_and_factorise)
+    try:
+        library._call_pardiso(upper, nothing)
+    except PyPardisoError as error:
+        raise SingularMatrixError(f"PARDISO: {error}") from error
+    negative = int(library.get_iparm(23))
+    library.set_phase(release)
+    library._call_pardiso(upper, nothing)
+    return negative
+
+
+def _negative_pivots_superlu(symmetric: sp.csr_matrix) -> int:
+    factor = splu(
+        symmetric.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    if not np.array_equal(factor.perm_r, factor.perm_c):
+        raise SingularMatrixError("a pivot on the diagonal vanished: the inertia is not known")
+    return int(np.sum(factor.U.diagonal() < 0))
+
+
 def fastest_solver() -> DirectSolver:
     """Return PARDISO where its wheel is installed, SuperLU elsewhere."""
     try:
