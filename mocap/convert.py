@@ -1,0 +1,202 @@
+"""A video with a marker file becomes tracks, rigid motions, tables and an overlay: the whole chain."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mocap.boundary import write_boundary_conditions
+from mocap.exchange import write_motion_trc
+from mocap.follow import follow
+from mocap.markers import MarkerFile, read_markers
+from mocap.motion import Capture, capture
+from mocap.overlay import write_overlay
+from mocap.scale import (
+    BodyScale,
+    Picture,
+    axis_px,
+    body_scales,
+    positions_mm,
+    rectified,
+    undistorted,
+)
+from mocap.summary import summary, write_summary
+from mocap.tracks import Tracks, read_tracks
+from mocap.video import Video
+
+# Called with what is being done, how much of it is done and how much there is (0: not known).
+Progress = Callable[[str, int, int], None]
+
+MARK_OF_A_RESULT = "summary.json"
+
+
+class OutputError(ValueError):
+    """A folder that results cannot be written to."""
+
+
+@dataclass(frozen=True)
+class ConvertOptions:
+    """What can be chosen for a conversion besides the files."""
+
+    start_s: float | None = field(
+        default=None, metadata={"help": "first used instant, s on the video's own clock"}
+    )
+    end_s: float | None = field(
+        default=None, metadata={"help": "last used instant, s on the video's own clock"}
+    )
+    tracks: Path | None = field(
+        default=None,
+        metadata={
+            "help": "a tracks.csv corrected by hand: rows 'fixed' and 'seen' are kept, rows "
+            "'predicted' are bridged, missing and 'lost' ones are tracked anew"
+        },
+    )
+    fps: float | None = field(
+        default=None,
+        metadata={"help": "rate at which the camera captured, frames/s, for slow motion"},
+    )
+
+
+@dataclass(frozen=True)
+class ConvertResult:
+    """What a conversion found; ``out`` is the folder that holds it."""
+
+    out: Path
+    tracks: Tracks
+    motion: Capture
+    scales: dict[str, BodyScale]
+    summary: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Tracks, scales and motion of one recording, before anything is written."""
+
+    tracks: Tracks
+    scales: dict[str, BodyScale]
+    motion: Capture
+    flat_px: np.ndarray[Any, np.dtype[np.float64]]
+    centre_px: np.ndarray[Any, np.dtype[np.float64]]
+
+
+def convert(
+    video: Path | str,
+    markers: Path | str,
+    out: Path | str,
+    *,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    tracks: Path | str | None = None,
+    fps: float | None = None,
+    progress: Progress | None = None,
+) -> ConvertResult:
+    """Track the markers of a video and write their rigid motions to a folder.
+
+    Parameters
+    ----------
+    video, markers, out
+        The recording, its marker file, and the folder to write; a former result there is replaced.
+    start_s, end_s, tracks, fps
+        As in :class:`ConvertOptions`.
+    progress
+        Told what is being done and how far it is.
+
+    Raises
+    ------
+    ValueError
+        If an input cannot be used (VideoError, MarkerFileError, TrackingError, ScaleError,
+        MotionError, TracksError) or the folder cannot be written (OutputError). Nothing is left
+        behind then.
+    """
+    say = progress or (lambda _what, _done, _total: None)
+    folder = Path(out)
+    _check_replaceable(folder)
+    marker_file = read_markers(markers)
+    given = read_tracks(tracks) if tracks is not None else None
+    film = Video(video, fps=fps)
+    raw = follow(film, marker_file, start_s=start_s, end_s=end_s, given=given, progress=say)
+    timing = film.timing
+    picture = Picture(film.info.width, film.info.height, film.info.pixel_aspect)
+    measured = measure(raw.bridged(), marker_file, picture)
+    report = summary(film.info, timing, marker_file, measured, picture)
+    with _new_folder(folder) as partial:
+        measured.tracks.write(partial / "tracks.csv")
+        measured.motion.write(partial / "motion.csv")
+        tables = partial / "boundary_conditions"
+        write_boundary_conditions(measured.motion, tables)
+        write_motion_trc(measured.motion, marker_file, tables / "motion.trc")
+        write_overlay(
+            Video(video, fps=fps),
+            measured.tracks,
+            measured.motion,
+            marker_file,
+            partial / "overlay.mp4",
+            progress=lambda done: say("drawing the overlay", done, timing.frames),
+        )
+        write_summary(report, partial / MARK_OF_A_RESULT)
+    return ConvertResult(folder, measured.tracks, measured.motion, measured.scales, report)
+
+
+def measure(tracks: Tracks, markers: MarkerFile, picture: Picture) -> Measurement:
+    """Return scales and motions from tracks (gaps bridged) and what the marker file knows."""
+    flat = undistorted(tracks.position_px, markers.lens, picture)
+    centre = axis_px(markers.lens, picture)
+    if markers.plane is not None:
+        flat, centre = rectified(flat, markers.plane), rectified(centre[None], markers.plane)[0]
+    scales = body_scales(tracks, markers, flat)
+    world = positions_mm(flat, tracks.names, markers, scales, centre)
+    motion = capture(tracks, markers, world, scales)
+    return Measurement(tracks, scales, motion, flat, centre)
+
+
+def option_names() -> list[str]:
+    """Return the names of all options, for whoever derives flags from them."""
+    return [option.name for option in fields(ConvertOptions)]
+
+
+def _check_replaceable(folder: Path) -> None:
+    """Refuse a folder that holds something else than a former result."""
+    if folder.exists() and not folder.is_dir():
+        raise OutputError(f"--out {folder}: is a file; name a folder")
+    if folder.exists() and any(folder.iterdir()) and not (folder / MARK_OF_A_RESULT).exists():
+        raise OutputError(
+            f"--out {folder}: holds files that are no former result; name a new folder"
+        )
+    parent = next(p for p in (folder, *folder.absolute().parents) if p.exists())
+    if not os.access(parent, os.W_OK):
+        raise OutputError(f"--out {folder}: {parent} cannot be written to; name another folder")
+
+
+class _new_folder:  # noqa: N801
+    """A folder that takes its final name only when everything in it is complete."""
+
+    def __init__(self, final: Path) -> None:
+        self.final = final.absolute()
+        self.partial = self.final.parent / f".{self.final.name}.partial-{os.getpid()}"
+
+    def __enter__(self) -> Path:
+        try:
+            self.final.parent.mkdir(parents=True, exist_ok=True)
+            shutil.rmtree(self.partial, ignore_errors=True)
+            self.partial.mkdir()
+        except OSError as error:
+            raise OutputError(
+                f"--out {self.final}: cannot be written ({error.strerror}); name another folder"
+            ) from None
+        return self.partial
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None:
+            shutil.rmtree(self.partial, ignore_errors=True)
+            return
+        former = self.final.parent / f".{self.final.name}.former-{os.getpid()}"
+        if self.final.exists():
+            self.final.rename(former)
+        self.partial.rename(self.final)
+        shutil.rmtree(former, ignore_errors=True)

@@ -1,0 +1,352 @@
+"""From detections to tracks: each marker followed through the frames, gaps staying visible.
+
+Every marker has a Kalman filter with constant velocity and random acceleration (Bar-Shalom, Li and
+Kirubarajan 2001, ch. 6): it says where to look and how far. What is found there is taken only if it
+looks like the marker did (polarity, size, contrast, shape) and is no other marker. A marker that is
+not found is searched for around the place where its body, or it alone, should be by now.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap.detect import Detection, detect, refit
+from mocap.tracks import Tracks
+
+Image: TypeAlias = NDArray[np.uint8]
+Array: TypeAlias = NDArray[np.float64]
+
+# Accelerations (picture heights per s²) that are expected, one standard deviation.
+ACCELERATION = 9.0
+# Speed (picture heights per s) a marker seen once may have, one standard deviation.
+FIRST_SPEED = 1.0
+# Deviations from the prediction beyond this many standard deviations are not the marker.
+GATE = 4.0
+LEAST_GATE_PX = 4.0
+# A marker that comes back looks like itself: range of ratios to its usual size and contrast.
+SIZE_RANGE = (0.7, 1.4)
+CONTRAST_RANGE = (0.5, 1.7)
+# Share of the usual look that the newest detection replaces.
+LOOK_MEMORY = 0.05
+# The search around a lost marker grows no further than this share of the picture's width.
+WIDEST_SEARCH = 0.22
+
+
+class TrackingError(ValueError):
+    """Markers that cannot be found or followed."""
+
+
+@dataclass(frozen=True)
+class Guide:
+    """What a person said about a marker in one frame: its place (px), or None to look nowhere."""
+
+    position_px: tuple[float, float] | None
+    sigma_px: float
+    status: str
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Expected position and velocity of a point (px, px/s) with covariance (4, 4)."""
+
+    state: Array
+    covariance: Array
+
+    @classmethod
+    def at_rest(cls, x: float, y: float, speed: float) -> Motion:
+        """Return a point seen once, of unknown velocity up to about ``speed`` (px/s)."""
+        return cls(np.array([x, y, 0.0, 0.0]), np.diag([1.0, 1.0, speed**2, speed**2]))
+
+    def after(self, interval_s: float, acceleration: float) -> Motion:
+        """Return the prediction after ``interval_s`` with random acceleration (px/s²)."""
+        dt = interval_s
+        step = np.eye(4)
+        step[0, 2] = step[1, 3] = dt
+        q = acceleration**2 * np.array([[dt**4 / 4, dt**3 / 2], [dt**3 / 2, dt**2]])
+        noise = np.zeros((4, 4))
+        noise[np.ix_([0, 2], [0, 2])] = q
+        noise[np.ix_([1, 3], [1, 3])] = q
+        return Motion(step @ self.state, step @ self.covariance @ step.T + noise)
+
+    def corrected(self, x: float, y: float, covariance: Array) -> Motion:
+        """Return the estimate after the point was measured at (x, y)."""
+        total = self.covariance[:2, :2] + covariance
+        gain = self.covariance[:, :2] @ np.linalg.inv(total)
+        state = self.state + gain @ (np.array([x, y]) - self.state[:2])
+        left = np.eye(4)
+        left[:, :2] -= gain
+        # Joseph's form keeps the covariance positive however sure the measurement is.
+        return Motion(state, left @ self.covariance @ left.T + gain @ covariance @ gain.T)
+
+    @property
+    def spread_px(self) -> float:
+        """Standard deviation of the position, px."""
+        return math.sqrt(max(float(np.trace(self.covariance[:2, :2])) / 2, 0.0))
+
+
+@dataclass
+class Follower:
+    """One marker on its way: what it looks like, where it should be, how long it is gone."""
+
+    name: str
+    body: str | None
+    motion: Motion
+    look: Detection
+    missing: int = 0
+
+    def resembles(self, found: Detection) -> bool:
+        """Whether a detection looks like this marker does."""
+        size, contrast = found.radius / self.look.radius, found.contrast / self.look.contrast
+        return (
+            found.ring == self.look.ring
+            and SIZE_RANGE[0] < size < SIZE_RANGE[1]
+            and CONTRAST_RANGE[0] < contrast < CONTRAST_RANGE[1]
+            and found.misfit < 0.05 + 2.0 * self.look.misfit
+        )
+
+    def gate_px(self, limit: float) -> float:
+        """Return how far (px) from the prediction the marker may be."""
+        return min(max(GATE * self.motion.spread_px, LEAST_GATE_PX), limit)
+
+    def take(self, found: Detection) -> None:
+        """Accept a detection as this marker."""
+        self.motion = self.motion.corrected(found.x, found.y, found.covariance)
+        m = LOOK_MEMORY
+        self.look = replace(
+            found,
+            radius=(1 - m) * self.look.radius + m * found.radius,
+            contrast=(1 - m) * self.look.contrast + m * found.contrast,
+            misfit=(1 - m) * self.look.misfit + m * found.misfit,
+        )
+        self.missing = 0
+
+
+@dataclass
+class Tracker:
+    """Follows markers from frame to frame; feed frames in order, then ask for the tracks.
+
+    Parameters
+    ----------
+    starts
+        What each marker looks like in the first frame, and where.
+    bodies
+        Markers by body: those of one body are searched for together.
+    picture
+        Height and width, px.
+    polarity
+        As in the marker file.
+    fit_near
+        Finds the marker next to a position set by hand, to know what it looks like there.
+    """
+
+    starts: Mapping[str, Detection]
+    bodies: Mapping[str, tuple[str, ...]]
+    picture: tuple[int, int]
+    polarity: str
+    fit_near: Callable[[Image, tuple[float, float], Detection | None], Detection | None]
+    _followers: dict[str, Follower] = field(default_factory=dict)
+    _rows: dict[str, list[tuple[float, float, float, str]]] = field(default_factory=dict)
+    _frames: list[int] = field(default_factory=list)
+    _times: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        speed = FIRST_SPEED * self.picture[0]
+        for name, found in self.starts.items():
+            body = next((b for b, members in self.bodies.items() if name in members), None)
+            motion = Motion.at_rest(found.x, found.y, speed)
+            self._followers[name] = Follower(name, body, motion, found)
+            self._rows[name] = []
+
+    def see(
+        self,
+        index: int,
+        time_s: float,
+        image: Image,
+        *,
+        guides: Mapping[str, Guide] = MappingProxyType({}),
+    ) -> None:
+        """Follow all markers into the next frame; guided ones are where the guide says."""
+        if self._times:
+            for follower in self._followers.values():
+                follower.motion = follower.motion.after(
+                    time_s - self._times[-1], ACCELERATION * self.picture[0]
+                )
+        self._frames.append(index)
+        self._times.append(time_s)
+        found = self._found(image, guides) if len(guides) < len(self._followers) else {}
+        for name, follower in self._followers.items():
+            guide, detection = guides.get(name), found.get(name)
+            if guide is not None and guide.position_px is not None:
+                self._guided(follower, guide, image)
+                row = (*guide.position_px, guide.sigma_px, guide.status)
+            elif detection is not None:
+                follower.take(detection)
+                row = (detection.x, detection.y, detection.sigma_px, "seen")
+            else:
+                follower.missing += 1
+                row = (math.nan, math.nan, math.nan, "lost")
+            self._rows[name].append(row)
+
+    def _guided(self, follower: Follower, guide: Guide, image: Image) -> None:
+        """Put a marker where a person says it is, and see what it looks like there."""
+        assert guide.position_px is not None
+        x, y = guide.position_px
+        spread = max(guide.sigma_px, 0.01) ** 2
+        follower.motion = follower.motion.corrected(x, y, spread * np.eye(2))
+        jumped = math.hypot(follower.motion.state[0] - x, follower.motion.state[1] - y)
+        if jumped > LEAST_GATE_PX:
+            follower.motion = Motion.at_rest(x, y, FIRST_SPEED * self.picture[0])
+        if guide.status == "fixed":
+            found = self.fit_near(image, (x, y), follower.look)
+            if found is not None and math.hypot(found.x - x, found.y - y) < found.radius:
+                follower.look = found
+        follower.missing = 0
+
+    def tracks(self) -> Tracks:
+        """Return what was seen so far; where a marker was not seen its row is empty."""
+        names = tuple(self._followers)
+        shape = (len(self._frames), len(names))
+        rows = np.array([[row[:3] for row in self._rows[name]] for name in names], float)
+        rows = rows.reshape(*shape[::-1], 3)
+        status = np.array([[row[3] for row in self._rows[name]] for name in names], dtype="<U9").T
+        return Tracks(
+            frame=np.array(self._frames, int),
+            time_s=np.array(self._times, float),
+            names=names,
+            position_px=np.swapaxes(rows[:, :, :2], 0, 1).copy(),
+            sigma_px=rows[:, :, 2].T.copy(),
+            status=status,
+        )
+
+    def _found(self, image: Image, guides: Mapping[str, Guide]) -> dict[str, Detection]:
+        """Return the markers found in a picture: first near their predictions, then by search."""
+        found: dict[str, Detection] = {}
+        for name, follower in self._followers.items():
+            if follower.missing == 0 and name not in guides:
+                near = self._near_prediction(image, follower)
+                if near is not None:
+                    found[name] = near
+        found = _each_once(found, self._followers)
+        missing = [f for name, f in self._followers.items() if name not in (*found, *guides)]
+        if missing:
+            found |= self._searched(image, missing, found)
+        return found
+
+    def _near_prediction(self, image: Image, follower: Follower) -> Detection | None:
+        start = follower.look.parameters.copy()
+        start[:2] = follower.motion.state[:2]
+        found = refit(image, start, ring=follower.look.ring)
+        if found is None or not follower.resembles(found):
+            return None
+        away = math.hypot(*(np.array([found.x, found.y]) - follower.motion.state[:2]))
+        return found if away <= follower.gate_px(self._limit) else None
+
+    @property
+    def _limit(self) -> float:
+        return WIDEST_SEARCH * self.picture[1]
+
+    def _searched(
+        self, image: Image, missing: list[Follower], found: Mapping[str, Detection]
+    ) -> dict[str, Detection]:
+        """Return lost markers found again by looking at everything within their reach."""
+        pairs: list[tuple[float, str, Detection]] = []
+        for follower in missing:
+            expected = self._expected(follower, found)
+            gate = follower.gate_px(self._limit)
+            for candidate in self._candidates(image, expected, gate, follower):
+                away = math.hypot(candidate.x - expected[0], candidate.y - expected[1])
+                taken = any(_overlap(candidate, other) for other in found.values())
+                if away <= gate and not taken and follower.resembles(candidate):
+                    pairs.append((away / gate, follower.name, candidate))
+        pairs = self._consistent(pairs, found)
+        chosen: dict[str, Detection] = {}
+        for _, name, candidate in sorted(pairs, key=lambda pair: pair[0]):
+            if name in chosen or any(_overlap(candidate, other) for other in chosen.values()):
+                continue
+            chosen[name] = candidate
+        return chosen
+
+    def _candidates(
+        self, image: Image, at: tuple[float, float], gate: float, follower: Follower
+    ) -> list[Detection]:
+        margin = gate + 3 * follower.look.radius + 6
+        height, width = image.shape
+        left, right = max(int(at[0] - margin), 0), min(int(at[0] + margin) + 1, width)
+        top, bottom = max(int(at[1] - margin), 0), min(int(at[1] + margin) + 1, height)
+        if right - left < 12 or bottom - top < 12:
+            return []
+        polarity = "dark" if follower.look.contrast < 0 else "light"
+        if follower.look.ring:
+            polarity = "ring"
+        return detect(image[top:bottom, left:right], polarity=polarity, offset=(left, top))
+
+    def _expected(
+        self, follower: Follower, found: Mapping[str, Detection]
+    ) -> tuple[float, float]:
+        """Return where a marker should be: carried along by those of its body that are seen."""
+        mates = [
+            (self._followers[name], detection)
+            for name, detection in found.items()
+            if self._followers[name].body == follower.body and follower.body is not None
+        ]
+        x, y = float(follower.motion.state[0]), float(follower.motion.state[1])
+        if not mates or follower.missing == 0:
+            return x, y
+        shift = np.mean(
+            [[d.x - f.motion.state[0], d.y - f.motion.state[1]] for f, d in mates], axis=0
+        )
+        return x + float(shift[0]), y + float(shift[1])
+
+    def _consistent(
+        self, pairs: list[tuple[float, str, Detection]], found: Mapping[str, Detection]
+    ) -> list[tuple[float, str, Detection]]:
+        """Return the candidates whose distance to seen markers of their body is what it was."""
+        kept = []
+        for rank, name, candidate in pairs:
+            follower = self._followers[name]
+            fits = True
+            for other, detection in found.items():
+                mate = self._followers[other]
+                usual = self._usual_distance(name, other)
+                if mate.body != follower.body or follower.body is None or usual is None:
+                    continue
+                distance = math.hypot(candidate.x - detection.x, candidate.y - detection.y)
+                fits &= abs(distance - usual) < 0.15 * usual + 2
+            if fits:
+                kept.append((rank, name, candidate))
+        return kept
+
+    def _usual_distance(self, one: str, other: str) -> float | None:
+        """Return the distance (px) two markers had when both were last seen."""
+        first, second = self._rows[one], self._rows[other]
+        for a, b in zip(reversed(first), reversed(second), strict=False):
+            if math.isfinite(a[0]) and math.isfinite(b[0]):
+                return math.hypot(a[0] - b[0], a[1] - b[1])
+        return None
+
+
+def _each_once(
+    found: Mapping[str, Detection], followers: Mapping[str, Follower]
+) -> dict[str, Detection]:
+    """Return the detections with no two markers in one place: the better predicted one keeps it."""
+
+    def surprise(name: str) -> float:
+        state = followers[name].motion.state
+        return math.hypot(found[name].x - state[0], found[name].y - state[1])
+
+    kept: dict[str, Detection] = {}
+    for name in sorted(found, key=surprise):
+        if not any(_overlap(found[name], other) for other in kept.values()):
+            kept[name] = found[name]
+    return kept
+
+
+def _overlap(one: Detection, other: Detection) -> bool:
+    return math.hypot(one.x - other.x, one.y - other.y) < 0.7 * (one.radius + other.radius)

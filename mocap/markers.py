@@ -1,0 +1,342 @@
+"""The marker file: which markers there are, on which body, and how many millimetres apart.
+
+::
+
+    [scale]
+    package = 14.0          # mm between the package's first two markers; required
+    head = 104.3            # mm between ear and nose; optional: the head's own scale
+    package_sigma = 0.05    # mm, standard error of the length above; optional (0), any body
+
+    [lens]                  # optional, OpenCV's names: fx, fy, cx, cy, k1, k2, p1, p2, k3
+
+    [markers]               # rough position (px) in the first used frame
+    ear = [460.0, 300.0]
+    nose = "auto"           # looked for; the same as leaving a standard marker out
+    package_lower = [752.0, 374.0]
+    package_upper = [733.0, 348.0]
+    jaw_front = [708.0, 434.0]   # optional, as is jaw_back
+
+    [bodies]                # optional; these are the defaults
+    head = ["ear", "nose"]
+    package = ["package_lower", "package_upper"]
+    jaw = ["jaw_front", "jaw_back"]     # followed and reported, never part of the head
+    moving = "package"      # the body whose motion is sought ...
+    reference = "head"      # ... as seen from this one
+
+    [tracking]              # optional
+    polarity = "auto"       # "dark" on light, "light" on dark, "ring", or "auto"
+
+    [plane]                 # optional: four points of the plane of motion, px and mm (y up)
+    image_px = [[100, 80], [1180, 80], [1180, 640], [100, 640]]
+    world_mm = [[0, 150], [300, 150], [300, 0], [0, 0]]
+
+    [recording]             # optional
+    rendered = true         # drawn, not filmed: said wherever the recording is shown
+
+The position of a body is that of its first marker. A body with a single marker has no rotation.
+Pixels count from the centre of the upper left pixel, x to the right, y down.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+POLARITIES = ("auto", "dark", "light", "ring")
+LENS_KEYS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+TABLES = ("scale", "lens", "markers", "bodies", "tracking", "plane", "recording")
+DEFAULT_BODIES = {
+    "head": ("ear", "nose"),
+    "package": ("package_lower", "package_upper"),
+    "jaw": ("jaw_front", "jaw_back"),
+}
+OPTIONAL_MARKERS = frozenset(DEFAULT_BODIES["jaw"])
+
+
+class MarkerFileError(ValueError):
+    """A marker file that cannot be used."""
+
+
+@dataclass(frozen=True)
+class Lens:
+    """Camera constants by OpenCV's names, px; ``cx``/``cy`` None: the middle of the picture."""
+
+    fx: float | None = None
+    fy: float | None = None
+    cx: float | None = None
+    cy: float | None = None
+    k1: float = 0.0
+    k2: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+    k3: float = 0.0
+
+    @property
+    def bends(self) -> bool:
+        """Whether the lens draws straight lines crooked."""
+        return any((self.k1, self.k2, self.p1, self.p2, self.k3))
+
+
+@dataclass(frozen=True)
+class PlanePoints:
+    """Four points of the plane of motion in the picture (px) and in the world (mm, y up)."""
+
+    image_px: tuple[tuple[float, float], ...]
+    world_mm: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class MarkerFile:
+    """A checked marker file.
+
+    ``scale_mm`` and ``scale_sigma_mm`` go by body: the distance between its first two markers.
+    ``positions_px`` goes by marker, None where the marker is to be looked for.
+    """
+
+    path: Path
+    scale_mm: Mapping[str, float]
+    scale_sigma_mm: Mapping[str, float]
+    lens: Lens
+    positions_px: Mapping[str, tuple[float, float] | None]
+    bodies: Mapping[str, tuple[str, ...]]
+    moving: str
+    reference: str
+    polarity: str
+    plane: PlanePoints | None
+    rendered: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All markers, in the order of the file."""
+        return tuple(self.positions_px)
+
+    def body_of(self, marker: str) -> str | None:
+        """Return the body a marker belongs to."""
+        return next((name for name, members in self.bodies.items() if marker in members), None)
+
+
+def read_markers(path: Path | str) -> MarkerFile:
+    """Return the marker file at ``path``, checked.
+
+    Raises
+    ------
+    MarkerFileError
+        If it cannot be read, holds an unknown key, or a value that makes no sense; the message
+        names the key, the value and what to write instead.
+    """
+    file = Path(path)
+    try:
+        data = tomllib.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise MarkerFileError(f"{file}: no such marker file; check the path") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise MarkerFileError(f"{file}: cannot be read as text ({error})") from None
+    except tomllib.TOMLDecodeError as error:
+        raise MarkerFileError(f"{file}: is not valid TOML: {error}") from None
+    return _Reader(file, data).read()
+
+
+class _Reader:
+    """Turns the tables of one file into a MarkerFile, each message naming the file."""
+
+    def __init__(self, path: Path, data: dict[str, Any]) -> None:
+        self.path = path
+        self.data = data
+
+    def read(self) -> MarkerFile:
+        self._known("the file", self.data, TABLES)
+        for name in self.data:
+            self._table(name)
+        if "scale" not in self.data or "markers" not in self.data:
+            lacking = "scale" if "scale" not in self.data else "markers"
+            raise self._error(f"has no [{lacking}] table; see 'drinksim convert --help'")
+        bodies, moving, reference = self._bodies()
+        scale, sigma = self._scale(bodies, moving, reference)
+        return MarkerFile(
+            path=self.path,
+            scale_mm=scale,
+            scale_sigma_mm=sigma,
+            lens=self._lens(),
+            positions_px=self._positions(bodies),
+            bodies=bodies,
+            moving=moving,
+            reference=reference,
+            polarity=self._polarity(),
+            plane=self._plane(),
+            rendered=self._rendered(),
+        )
+
+    def _bodies(self) -> tuple[dict[str, tuple[str, ...]], str, str]:
+        table = self._table("bodies")
+        named = {key: value for key, value in table.items() if key not in ("moving", "reference")}
+        bodies: dict[str, tuple[str, ...]] = {}
+        for body, members in named.items():
+            if (
+                not isinstance(members, list)
+                or not members
+                or not all(isinstance(name, str) for name in members)
+            ):
+                raise self._error(
+                    f"[bodies] {body} = {members!r}: give a list of marker names, "
+                    'such as ["ear", "nose"]'
+                )
+            bodies[body] = tuple(members)
+        if not bodies:
+            given = set(self._table("markers"))
+            bodies = dict(DEFAULT_BODIES)
+            if not given & OPTIONAL_MARKERS:
+                del bodies["jaw"]
+            else:
+                bodies["jaw"] = tuple(name for name in bodies["jaw"] if name in given)
+        members_of_all = [name for members in bodies.values() for name in members]
+        doubled = {name for name in members_of_all if members_of_all.count(name) > 1}
+        if doubled:
+            raise self._error(
+                f"[bodies]: {sorted(doubled)[0]} is listed twice; a marker sits on one body"
+            )
+        chosen = []
+        for key, default in (("moving", "package"), ("reference", "head")):
+            body = table.get(key, default)
+            if body not in bodies:
+                hint = _nearest(str(body), bodies)
+                raise self._error(f"[bodies] {key} = {body!r}: is no body of this file{hint}")
+            chosen.append(body)
+        if chosen[0] == chosen[1]:
+            raise self._error(f"[bodies]: moving and reference are both {chosen[0]!r}")
+        return bodies, chosen[0], chosen[1]
+
+    def _scale(
+        self, bodies: Mapping[str, tuple[str, ...]], moving: str, reference: str
+    ) -> tuple[dict[str, float], dict[str, float]]:
+        table = self._table("scale")
+        pairs = [name for name, members in bodies.items() if len(members) > 1]
+        self._known("[scale]", table, [*pairs, *(f"{name}_sigma" for name in pairs)])
+        scale = {name: self._number("scale", name) for name in pairs if name in table}
+        for name, length in scale.items():
+            if length <= 0:
+                raise self._error(
+                    f"[scale] {name} = {length}: give the distance between "
+                    f"{bodies[name][0]} and {bodies[name][1]} in mm, more than 0"
+                )
+        needed = moving if moving in pairs else reference
+        if needed not in scale:
+            raise self._error(
+                f"[scale] lacks {needed}: measure the distance between the markers "
+                f"{' and '.join(bodies[needed][:2])} and write '{needed} = ' and the mm"
+            )
+        sigma = {
+            name: self._number("scale", f"{name}_sigma") if f"{name}_sigma" in table else 0.0
+            for name in scale
+        }
+        if any(value < 0 for value in sigma.values()):
+            raise self._error("[scale]: a standard error cannot be negative")
+        return scale, sigma
+
+    def _positions(
+        self, bodies: Mapping[str, tuple[str, ...]]
+    ) -> dict[str, tuple[float, float] | None]:
+        table = self._table("markers")
+        expected = [name for members in bodies.values() for name in members]
+        if "bodies" not in self.data:
+            expected += [name for name in DEFAULT_BODIES["jaw"] if name not in expected]
+        self._known("[markers]", table, expected)
+        positions: dict[str, tuple[float, float] | None] = {}
+        for name in expected:
+            value = table.get(name)
+            if name not in table and name in OPTIONAL_MARKERS and "bodies" not in self.data:
+                continue
+            positions[name] = (
+                None if value in (None, "auto") else self._point(f"[markers] {name}", value)
+            )
+        return positions
+
+    def _lens(self) -> Lens:
+        table = self._table("lens")
+        self._known("[lens]", table, LENS_KEYS)
+        lens = Lens(**{key: self._number("lens", key) for key in table})
+        for key in ("fx", "fy"):
+            value = getattr(lens, key)
+            if value is not None and value <= 0:
+                raise self._error(f"[lens] {key} = {value}: focal lengths are positive, in px")
+        if lens.bends and (lens.fx is None or lens.fy is None):
+            raise self._error(
+                "[lens] gives distortion without fx and fy: add the focal lengths in px, the "
+                "coefficients have no meaning without them"
+            )
+        return lens
+
+    def _polarity(self) -> str:
+        table = self._table("tracking")
+        self._known("[tracking]", table, ["polarity"])
+        polarity = table.get("polarity", "auto")
+        if polarity not in POLARITIES:
+            raise self._error(
+                f"[tracking] polarity = {polarity!r}: is none of {', '.join(POLARITIES)}"
+                f"{_nearest(str(polarity), POLARITIES)}"
+            )
+        return str(polarity)
+
+    def _plane(self) -> PlanePoints | None:
+        table = self._table("plane")
+        if not table:
+            return None
+        self._known("[plane]", table, ["image_px", "world_mm"])
+        sides = []
+        for key in ("image_px", "world_mm"):
+            rows = table.get(key)
+            if not isinstance(rows, list) or len(rows) != 4:
+                raise self._error(f"[plane] {key}: give four points [[x, y], …], got {rows!r}")
+            sides.append(tuple(self._point(f"[plane] {key}", row) for row in rows))
+        return PlanePoints(image_px=sides[0], world_mm=sides[1])
+
+    def _rendered(self) -> bool:
+        table = self._table("recording")
+        self._known("[recording]", table, ["rendered"])
+        rendered = table.get("rendered", False)
+        if not isinstance(rendered, bool):
+            raise self._error(f"[recording] rendered = {rendered!r}: write true or false")
+        return rendered
+
+    def _table(self, name: str) -> dict[str, Any]:
+        table = self.data.get(name, {})
+        if not isinstance(table, dict):
+            raise self._error(f"{name} = {table!r}: has to be a table, written [{name}]")
+        return table
+
+    def _number(self, table: str, key: str) -> float:
+        return self._finite(f"[{table}] {key}", self.data[table][key])
+
+    def _finite(self, where: str, value: object) -> float:
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise self._error(f"{where} = {value!r}: has to be a number")
+        if not math.isfinite(value):
+            raise self._error(f"{where} = {value}: has to be a finite number")
+        return float(value)
+
+    def _point(self, where: str, value: object) -> tuple[float, float]:
+        if not isinstance(value, list) or len(value) != 2:
+            raise self._error(f"{where} = {value!r}: give two numbers, [x, y]")
+        return self._finite(where, value[0]), self._finite(where, value[1])
+
+    def _known(self, where: str, table: Mapping[str, Any], known: Iterable[str]) -> None:
+        allowed = list(known)
+        for key in table:
+            if key not in allowed:
+                raise self._error(
+                    f"{where} has no key {key!r}{_nearest(key, allowed)}; "
+                    f"known: {', '.join(allowed)}"
+                )
+
+    def _error(self, message: str) -> MarkerFileError:
+        return MarkerFileError(f"{self.path}: {message}")
+
+
+def _nearest(word: str, known: Iterable[str]) -> str:
+    """Return a half sentence proposing the nearest known word, or nothing."""
+    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    return f" (did you mean {near[0]!r}?)" if near else ""

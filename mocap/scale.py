@@ -1,0 +1,258 @@
+"""From pixels to millimetres: lens, pixel shape, plane of motion, and the depth of each body.
+
+A point of a body at depth Z appears at x = c + f X/Z. After the lens is undone a body therefore has
+one scale m = f/Z (px/mm), the same for all its points while it stays in a plane parallel to the
+sensor, and lies at
+
+    X = (x − c_x)/m,   Y = −(y − c_y)/m      (mm, from the camera's axis, y up).
+
+Two bodies at different depths have different m. Dividing both by the same m, as is usual, displaces
+one against the other by (x − c)(1/m₁ − 1/m₂): the largest error of the work this program follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mocap.markers import Lens, MarkerFile, PlanePoints
+from mocap.tracks import Tracks
+
+Array: TypeAlias = NDArray[np.float64]
+
+# A pair of marks this much shorter than usual is turned out of the plane or further away.
+FORESHORTENED = 0.02
+# Highest degree of the polynomial in time that a scale may follow.
+HIGHEST_DEGREE = 3
+# A change of scale over the clip below this share is not followed: it would only add noise.
+LEAST_CHANGE = 0.003
+
+
+class ScaleError(ValueError):
+    """Marks from which no scale can be had."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Size of the picture (px) and the width of a pixel over its height."""
+
+    width: int
+    height: int
+    pixel_aspect: float = 1.0
+
+
+@dataclass(frozen=True)
+class BodyScale:
+    """How large a body appears.
+
+    Parameters
+    ----------
+    px_per_mm
+        (n,) scale in each frame.
+    relative_sigma
+        Standard error of the scale over the scale, the same throughout the clip.
+    source
+        The body whose marks gave it.
+    change
+        Share by which the scale varies over the clip.
+    foreshortened
+        Frame rows in which the pair appears shorter than its scale says by more than 2 %.
+    """
+
+    px_per_mm: Array
+    relative_sigma: float
+    source: str
+    change: float
+    foreshortened: tuple[int, ...]
+
+
+def axis_px(lens: Lens, picture: Picture) -> Array:
+    """Return where the camera's axis meets the picture (2,), px."""
+    middle = (0.5 * (picture.width - 1), 0.5 * (picture.height - 1))
+    return np.array(
+        [
+            middle[0] if lens.cx is None else lens.cx,
+            middle[1] if lens.cy is None else lens.cy,
+        ]
+    )
+
+
+def undistorted(points_px: ArrayLike, lens: Lens, picture: Picture) -> Array:
+    """Return picture points (..., 2) as a camera without lens errors and with square pixels sees them.
+
+    The polynomial of Brown (1966) as OpenCV writes it is inverted by Newton iterations with a
+    Jacobian from finite differences, to 1e-9 of the focal length.
+    """
+    points = np.asarray(points_px, float)
+    centre = axis_px(lens, picture)
+    if not lens.bends:
+        ratio = picture.pixel_aspect if lens.fx is None or lens.fy is None else lens.fy / lens.fx
+        return centre + (points - centre) * np.array([ratio, 1.0])
+    assert lens.fx is not None and lens.fy is not None
+    focal = np.array([lens.fx, lens.fy])
+    target = (points - centre) / focal
+    guess = target.copy()
+    for _ in range(20):
+        error = _distorted(guess, lens) - target
+        step = 1e-6
+        along_x = (_distorted(guess + [step, 0.0], lens) - _distorted(guess, lens)) / step
+        along_y = (_distorted(guess + [0.0, step], lens) - _distorted(guess, lens)) / step
+        determinant = along_x[..., 0] * along_y[..., 1] - along_y[..., 0] * along_x[..., 1]
+        dx = (error[..., 0] * along_y[..., 1] - error[..., 1] * along_y[..., 0]) / determinant
+        dy = (along_x[..., 0] * error[..., 1] - along_x[..., 1] * error[..., 0]) / determinant
+        guess = guess - np.stack([dx, dy], axis=-1)
+        if np.nanmax(np.abs(error), initial=0.0) < 1e-9:
+            break
+    return centre + guess * lens.fy
+
+
+def _distorted(points: Array, lens: Lens) -> Array:
+    """Return normalised points (..., 2) displaced as the lens does (OpenCV's five coefficients)."""
+    x, y = points[..., 0], points[..., 1]
+    r2 = x * x + y * y
+    radial = 1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3))
+    return np.stack(
+        [
+            x * radial + 2 * lens.p1 * x * y + lens.p2 * (r2 + 2 * x * x),
+            y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y,
+        ],
+        axis=-1,
+    )
+
+
+def rectified(points_px: Array, plane: PlanePoints) -> Array:
+    """Return points (..., 2) seen square on, in mm with y **down**, from four points of a plane.
+
+    The homography is solved from the four pairs (Hartley and Zisserman 2004, §4.1).
+    """
+    image = np.array(plane.image_px)
+    world = np.array(plane.world_mm) * [1.0, -1.0]
+    rows, right = [], []
+    for (x, y), (u, v) in zip(image, world, strict=True):
+        rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y], [0, 0, 0, x, y, 1, -v * x, -v * y]]
+        right += [u, v]
+    try:
+        h = np.append(np.linalg.solve(np.array(rows), np.array(right)), 1.0).reshape(3, 3)
+    except np.linalg.LinAlgError:
+        raise ScaleError("[plane]: three of the four points lie on a line") from None
+    homogeneous = np.concatenate([points_px, np.ones((*points_px.shape[:-1], 1))], axis=-1) @ h.T
+    mapped: Array = homogeneous[..., :2] / homogeneous[..., 2:]
+    return mapped
+
+
+def body_scales(
+    tracks: Tracks, markers: MarkerFile, flat: Array
+) -> dict[str, BodyScale]:
+    """Return the scale of every body from the marks whose distance is known.
+
+    Parameters
+    ----------
+    tracks
+        The tracks, for times and errors.
+    markers
+        The distances in mm.
+    flat
+        (n, m, 2) marker positions without lens errors, px.
+
+    Raises
+    ------
+    ScaleError
+        If the marks of a pair coincide or are never seen together.
+    """
+    own = {
+        body: _scale_of_pair(tracks, flat, markers.bodies[body][:2], length, markers, body)
+        for body, length in markers.scale_mm.items()
+    }
+    fallback = own.get(markers.moving) or own[markers.reference]
+    return {body: own.get(body, fallback) for body in markers.bodies}
+
+
+def _scale_of_pair(
+    tracks: Tracks,
+    flat: Array,
+    pair: tuple[str, ...],
+    length_mm: float,
+    markers: MarkerFile,
+    body: str,
+) -> BodyScale:
+    first, second = (tracks.names.index(name) for name in pair)
+    both = tracks.known(pair[0]) & tracks.known(pair[1])
+    if not both.any():
+        raise ScaleError(
+            f"{pair[0]} and {pair[1]} are never seen in the same frame, so {body} has no scale"
+        )
+    distance = np.hypot(*(flat[:, first] - flat[:, second]).T)
+    if np.median(distance[both]) < 4.0:
+        raise ScaleError(
+            f"{pair[0]} and {pair[1]} coincide ({np.median(distance[both]):.1f} px apart): one of "
+            "them has a wrong position in the marker file"
+        )
+    sigma = np.hypot(tracks.sigma_px[:, first], tracks.sigma_px[:, second])
+    time = tracks.time_s
+    fitted, fit_sigma = _slow_trend(time, distance, np.maximum(sigma, 1e-4), both)
+    change = float(np.ptp(fitted) / np.mean(fitted))
+    relative = np.hypot(
+        fit_sigma / float(np.mean(fitted)), markers.scale_sigma_mm[body] / length_mm
+    )
+    short = both & (distance < (1 - FORESHORTENED) * fitted - 3 * sigma)
+    return BodyScale(
+        px_per_mm=fitted / length_mm,
+        relative_sigma=float(relative),
+        source=body,
+        change=change,
+        foreshortened=tuple(int(i) for i in np.flatnonzero(short)),
+    )
+
+
+def _slow_trend(
+    time: Array, distance: Array, sigma: Array, use: NDArray[np.bool_]
+) -> tuple[Array, float]:
+    """Return a polynomial in time through an apparent distance (n,) and its standard error (px).
+
+    The degree is the one of least BIC; a polynomial that changes less than ``LEAST_CHANGE`` over
+    the clip gives way to the weighted mean. Outliers weigh less (Huber).
+    """
+    span = max(float(np.ptp(time)), 1e-9)
+    s = 2 * (time - time[0]) / span - 1
+    best: tuple[float, Array, float] | None = None
+    for degree in range(min(HIGHEST_DEGREE, max(int(use.sum()) // 8, 0)) + 1):
+        basis = np.polynomial.chebyshev.chebvander(s, degree)
+        weight = 1 / sigma[use]
+        robust = np.ones_like(weight)
+        for _ in range(5):
+            scaled = basis[use] * (weight * robust)[:, None]
+            coefficients = np.linalg.lstsq(scaled, distance[use] * weight * robust)[0]
+            residual = np.abs(distance[use] - basis[use] @ coefficients) * weight
+            typical = 1.4826 * max(float(np.median(residual)), 1e-9)
+            robust = np.sqrt(np.minimum(1.0, 2.5 * typical / np.maximum(residual, 1e-12)))
+        curve = basis @ coefficients
+        misfit = float(np.sum((residual * robust) ** 2)) + 1e-12
+        count = int(use.sum())
+        freedom = max(count - degree - 1, 1)
+        inverse = np.linalg.pinv(scaled.T @ scaled) * misfit / freedom
+        spread = float(np.sqrt(np.mean(np.einsum("ij,jk,ik->i", basis, inverse, basis))))
+        score = count * float(np.log(misfit / count)) + (degree + 1) * float(np.log(count))
+        if degree and np.ptp(curve[use]) < LEAST_CHANGE * np.mean(curve[use]):
+            continue
+        if best is None or score < best[0] - 6.0:
+            best = (score, curve, spread)
+    assert best is not None
+    return best[1], best[2]
+
+
+def positions_mm(
+    flat: Array, names: tuple[str, ...], markers: MarkerFile, scales: Mapping[str, BodyScale],
+    centre: Array,
+) -> Array:
+    """Return marker positions (n, m, 2) in mm from the camera's axis, y up, each at its body's depth."""
+    world = np.full_like(flat, np.nan)
+    for k, name in enumerate(names):
+        body = markers.body_of(name)
+        assert body is not None
+        scale = scales[body].px_per_mm[:, None]
+        world[:, k] = (flat[:, k] - centre) / scale * np.array([1.0, -1.0])
+    return world
