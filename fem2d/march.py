@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.contact import ContactResponse
+from fem2d.instability import Instability, instability_of
 from fem2d.linear import DirectSolver, SingularMatrixError
 from fem2d.newton import NewtonResult, NewtonSettings, solve
 from fem2d.state import State
@@ -44,6 +45,8 @@ class StepSettings:
         Most that the rigid body moves in one step while it touches, mm.
     easy_iterations, hard_iterations
         A step that needs no more (less) iterations than this is followed by a longer (shorter) one.
+    watch_stability
+        Whether every committed state is tested for static stability.
     """
 
     longest_s: float = field(default=0.04, metadata={"unit": "s", "help": "longest step"})
@@ -51,6 +54,7 @@ class StepSettings:
     travel_mm: float = field(default=0.15, metadata={"unit": "mm", "help": "motion per step"})
     easy_iterations: int = field(default=5, metadata={"help": "iterations of an easy step"})
     hard_iterations: int = field(default=10, metadata={"help": "iterations of a hard step"})
+    watch_stability: bool = field(default=False, metadata={"help": "test every state"})
 
 
 @dataclass(frozen=True)
@@ -59,12 +63,19 @@ class Commit:
 
     Attributes
     ----------
+    state
+        The new committed state.
     contacts
         What each contact pair does at the end of it.
     newton
         How the forces came into balance.
     cutbacks
         Trials rejected since the last commit.
+    duration_s
+        Length of the step, s.
+    instability
+        How the equilibrium would be unstable without inertia; None if it is stable, or if nobody
+        asked.
     """
 
     state: State
@@ -72,6 +83,7 @@ class Commit:
     newton: NewtonResult
     cutbacks: int
     duration_s: float
+    instability: Instability | None
 
 
 @dataclass(frozen=True)
@@ -137,7 +149,9 @@ def march(
                 )
         cutbacks += rejected
         next_step = duration * _growth(trial.iterations, rejected, steps)
-        commit = committed(system, motion, state, duration, trial, rejected, next_step)
+        commit = committed(
+            system, motion, state, duration, trial, rejected, next_step, steps.watch_stability
+        )
         state = commit.state
         increments += 1
         try:
@@ -174,6 +188,7 @@ def committed(
     trial: NewtonResult,
     cutbacks: int,
     next_step_s: float,
+    watch_stability: bool,
 ) -> Commit:
     """Make a converged trial the new committed state."""
     time = before.time_s + duration_s
@@ -192,7 +207,11 @@ def committed(
         tuple(c.history for c in contacts),
         next_step_s,
     )
-    return Commit(state, contacts, trial, cutbacks, duration_s)
+    instability = None
+    if watch_stability:
+        tangent = system.static_tangent(trial.displacement, contacts)
+        instability = instability_of(tangent, system.body.nodes + trial.displacement)
+    return Commit(state, contacts, trial, cutbacks, duration_s, instability)
 
 
 def _predicted(

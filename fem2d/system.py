@@ -120,13 +120,22 @@ class System:
             scale = max(scale, float(np.max(np.abs(inertial))))
 
         def matrix() -> sp.csr_matrix:
-            pattern = self.body.pattern
-            data = response.stiffness + self.tie_stiffness.data + pull * self.mass.data
-            for touch in touching:
-                np.subtract.at(data, pattern.slots(touch.dofs), touch.stiffness)
-            return pattern.matrix(data)
+            return self._tangent(response.stiffness + pull * self.mass.data, touching)
 
         return Balance(residual, scale, matrix)
+
+    def static_tangent(
+        self, displacement: Array, touching: tuple[ContactResponse, ...]
+    ) -> sp.csr_matrix:
+        """Return the tangent without inertia (2n, 2n), N/mm, at a displacement (n, 2), mm."""
+        return self._tangent(self.body.response(displacement).stiffness, touching)
+
+    def _tangent(self, of_body: Array, touching: tuple[ContactResponse, ...]) -> sp.csr_matrix:
+        pattern = self.body.pattern
+        data = of_body + self.tie_stiffness.data
+        for touch in touching:
+            np.subtract.at(data, pattern.slots(touch.dofs), touch.stiffness)
+        return pattern.matrix(data)
 
     def energies(self, state: State) -> Energies:
         """Return where the energy is in a committed state."""

@@ -119,7 +119,7 @@ class Outline:
 
     @classmethod
     def from_corners(cls, corners: ArrayLike, radii: ArrayLike | float) -> Outline:
-        """Return the polygon through ``corners`` (n, 2), each corner rounded by its radius (n,), mm.
+        """Return the polygon with ``corners`` (n, 2), each rounded by its radius (n,), mm.
 
         A radius of zero keeps the corner sharp.
 
@@ -205,7 +205,7 @@ class Outline:
         return self._points_on(piece, s - self.breaks[piece])
 
     def sampled(self, spacing_mm: float) -> Array:
-        """Return points (m, 2) along the outline, every joint among them, at most ``spacing_mm`` apart."""
+        """Return points (m, 2) along the outline, all joints among them, ``spacing_mm`` apart."""
         points: list[Array] = []
         for piece, length in enumerate(np.diff(self.breaks)):
             count = max(1, int(np.ceil(length / spacing_mm)))
@@ -214,7 +214,7 @@ class Outline:
         return np.concatenate(points)
 
     def project(self, points: ArrayLike) -> Projection:
-        """Return signed distance, normal, level-set curvature and nearest arc length of (m, 2) points."""
+        """Return where points (m, 2) stand relative to the outline."""
         p = np.ascontiguousarray(np.atleast_2d(np.asarray(points, float)))
         return Projection(*project_points(p, self.start, self.curvature, self.centre, self.breaks))
 
@@ -330,7 +330,7 @@ def project_point(
 
 @compiled
 def _corner_normal(k: int, start: Array, curvature: Array, centre: Array) -> tuple[float, float]:
-    """Sum of the outward normals of the two pieces that meet at the start of piece ``k``, as a unit vector."""
+    """Return the unit vector between the outward normals of the pieces that meet at ``k``."""
     n = start.shape[0]
     before = k - 1 if k > 0 else n - 1
     sx, sy = 0.0, 0.0

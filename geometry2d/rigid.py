@@ -102,12 +102,12 @@ class RigidMotion:
         position_mm: ArrayLike,
         reference_mm: ArrayLike,
     ) -> RigidMotion:
-        """Return the motion that carries the body point ``reference_mm`` (2,) along ``position_mm`` (n, 2)."""
+        """Return the motion that carries body point ``reference_mm`` (2,) along a path (n, 2)."""
         shift = np.asarray(position_mm, float) - rotated(reference_mm, angle_rad)
         return cls(np.asarray(time_s, float), np.asarray(angle_rad, float), shift)
 
     def at(self, time_s: float) -> RigidPlacement:
-        """Return the placement at one time, held constant before the first and after the last sample."""
+        """Return the placement at one time; before the first and after the last sample it rests."""
         t = float(np.clip(time_s, self.time_s[0], self.time_s[-1]))
         if self.time_s.size == 1:
             row = np.concatenate([self.angle_rad, self.shift_mm[0]])

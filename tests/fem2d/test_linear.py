@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from fem2d.instability import softest_mode
 from fem2d.linear import (
     Pardiso,
@@ -11,8 +14,6 @@ from fem2d.linear import (
     _negative_pivots_superlu,
     fastest_solver,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 
 def symmetric(seed: int, size: int = 40) -> sp.csr_matrix:
