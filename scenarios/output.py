@@ -49,25 +49,6 @@ def put_in_place(partial: Path, out: Path) -> None:
 
 
 @contextmanager
-def directory_at_once(out: Path) -> Iterator[Path]:
-    """Yield a new directory to fill; it becomes ``out`` if the block succeeds and else disappears.
-
-    Raises :class:`OutputError` if ``out`` may not be replaced, :class:`OSError` if it cannot be
-    written; both before the block is entered.
-    """
-    check_replaceable(out)
-    partial = partial_directory(out)
-    shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
-    try:
-        yield partial
-        put_in_place(partial, out)
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
-
-
-@contextmanager
 def file_at_once(out: Path) -> Iterator[Path]:
     """Yield the name of a file to write (same ending); it becomes ``out`` if the block succeeds."""
     if out.is_dir():

@@ -7,14 +7,14 @@ from pathlib import Path
 
 from mocap.convert import convert
 from scenarios.drinking import replay
-from scenarios.output import directory_at_once
 from scenarios.progress import Progress
 from scenarios.solution import Increment
 from scenarios.spec import MotionFile, Recording, Scenario, ScenarioError, resolved_toml
 from scenarios.writer import SolutionWriter
 
-MOTION = "motion.csv"
-TRACKS = "tracks.csv"
+MOTION_FOLDER = "motion"
+MOTION_FILES = ("motion.csv", "summary.json", "tracks.csv")
+"""What a replay and its pictures need of a conversion; tracks only for pictures."""
 
 
 @dataclass(frozen=True)
@@ -28,23 +28,27 @@ class Run:
 
 def convert_recording(recording: Recording, out: Path, *, progress: Progress) -> Path:
     """Convert a recording into the directory ``out`` and return its ``motion.csv``."""
-    with directory_at_once(out) as partial:
-        convert(
-            Path(recording.video),
-            Path(recording.markers),
-            partial,
-            start_s=recording.start_s,
-            end_s=recording.end_s,
-            progress=progress,
-        )
-    return out / MOTION
+
+    def say(what: str, done: int, total: int) -> None:
+        progress(done / total if total else 0.0, what)
+
+    convert(
+        recording.video,
+        recording.markers,
+        out,
+        start_s=recording.start_s,
+        end_s=recording.end_s,
+        progress=say,
+    )
+    return out / "motion.csv"
 
 
 def replay_into(scenario: Scenario, out: Path, *, resume: bool, progress: Progress) -> Run:
     """Replay a scenario into the run directory ``out``.
 
-    The motion is the scenario's, or else its recording's, converted first. Each increment is
-    safe on disk once it is computed; ``resume`` goes on after the last one of an earlier attempt.
+    The motion is the scenario's, or else its recording's, converted first; it is kept in the run
+    directory. Each increment is safe on disk once it is computed, and ``resume`` goes on after the
+    last one of an earlier attempt.
 
     Raises
     ------
@@ -53,42 +57,46 @@ def replay_into(scenario: Scenario, out: Path, *, resume: bool, progress: Progre
     OSError
         If ``out`` cannot be written.
     """
-    on_disk = replace(scenario, motion=MotionFile(MOTION))
-    with SolutionWriter(out, resolved_toml(on_disk), resume=resume) as writer:
-        _provide_motion(scenario, writer, progress)
+    kept = MotionFile(f"{MOTION_FOLDER}/motion.csv")
+    text = resolved_toml(replace(scenario, motion=kept))
+    with SolutionWriter(out, text, resume=resume) as writer:
+        motion = _provided_motion(scenario, writer, progress)
 
         def commit(increment: Increment) -> None:
             writer.commit(increment)
-            progress(increment.relative_time, f"{increment.time_s:.2f} s of the sip")
+            progress(increment.relative_time, f"{increment.time_s:.2f} s of the recording")
 
-        progress(0.0, "building the section")
         outcome = replay(
-            scenario.with_motion(writer.folder / MOTION),
+            scenario.with_motion(motion),
             on_model=writer.model,
             on_increment=commit,
             resume_from=writer.last(),
+            progress=progress,
         )
         writer.finish(
             finished=outcome.finished,
             sentence=outcome.sentence,
-            about={"scenario": scenario.name, "resolution": scenario.solver.resolution},
+            about={"scenario": scenario.name, **outcome.about},
         )
     return Run(out, outcome.finished, outcome.sentence)
 
 
-def _provide_motion(scenario: Scenario, writer: SolutionWriter, progress: Progress) -> None:
-    """Put the motion, and the tracks it came from if there are any, into the run directory."""
-    if scenario.motion is not None:
-        motion = Path(scenario.motion.file)
-        if not motion.is_file():
-            raise ScenarioError(f"no motion file {motion}: make one with drinksim convert")
-    elif (writer.folder / MOTION).is_file():
-        return
-    else:
+def _provided_motion(scenario: Scenario, writer: SolutionWriter, progress: Progress) -> Path:
+    """Put the motion into the run directory and return it there."""
+    folder = writer.folder / MOTION_FOLDER
+    kept = folder / "motion.csv"
+    if scenario.motion is None:
         assert scenario.recording is not None  # a scenario has a motion or a recording
-        motion = convert_recording(
-            scenario.recording, writer.folder / "conversion", progress=progress
+        return (
+            kept
+            if kept.is_file()
+            else convert_recording(scenario.recording, folder, progress=progress)
         )
-    writer.keep(motion)
-    if (motion.parent / TRACKS).is_file():
-        writer.keep(motion.parent / TRACKS)
+    motion = Path(scenario.motion.file)
+    if not motion.is_file():
+        raise ScenarioError(f"no motion file {motion}: make one with drinksim convert")
+    for name in MOTION_FILES:
+        source = motion if name == "motion.csv" else motion.with_name(name)
+        if source.is_file():
+            writer.keep(source, folder / name)
+    return kept

@@ -79,19 +79,17 @@ class SolutionWriter:
         """The directory that is being filled."""
         return self.partial
 
-    def keep(self, file: Path) -> Path:
+    def keep(self, source: Path, kept: Path) -> None:
         """Copy a file into the run directory, so that the run can be repeated and shown from it."""
-        kept = self.partial / file.name
         if kept.is_file():
-            if kept.read_bytes() != file.read_bytes():
+            if kept.read_bytes() != source.read_bytes():
                 raise SolutionError(
-                    f"{self.partial} was started with another {file.name} than {file}: give that "
+                    f"{self.partial} was started with another {kept.name} than {source}: give that "
                     "one, or run without --resume to start over"
                 )
-            return kept
+            return
         with file_at_once(kept) as partial:
-            shutil.copyfile(file, partial)
-        return kept
+            shutil.copyfile(source, partial)
 
     def last(self) -> Increment | None:
         """Return the last complete increment, from which a run can go on, or None."""

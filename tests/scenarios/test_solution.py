@@ -112,11 +112,11 @@ def test_another_motion_is_not_resumed(tmp_path: Path) -> None:
     writer = SolutionWriter(tmp_path / "run", TOML, resume=False)
     motion = tmp_path / "motion.csv"
     motion.write_text("one")
-    writer.keep(motion)
-    writer.keep(motion)
+    writer.keep(motion, writer.folder / "motion" / "motion.csv")
+    writer.keep(motion, writer.folder / "motion" / "motion.csv")
     motion.write_text("other")
     with pytest.raises(SolutionError, match=r"another motion\.csv"):
-        writer.keep(motion)
+        writer.keep(motion, writer.folder / "motion" / "motion.csv")
 
 
 def test_a_run_that_fails_before_its_first_increment_leaves_nothing(tmp_path: Path) -> None:

@@ -1,0 +1,163 @@
+"""Plots of runs: the five histories of a sip, and the imprint that it leaves on the neck."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from scenarios.output import file_at_once
+from scenarios.scene import INK, LOWER, PAPER, PRESSURE_COLOURS, QUIET, UPPER
+from scenarios.solution import LIPS, Quantity, Solution
+
+Array = NDArray[np.float64]
+
+DPI = 110
+FIVE_HISTORIES = (
+    ("dermis_min_log_strain", "smallest log strain\nin the dermis"),
+    ("dermis_max_log_strain", "largest log strain\nin the dermis"),
+    ("dermis_max_mises_kpa", "largest von Mises\nin the dermis"),
+    ("upper_lip_pressure_kpa", "contact pressure\nupper lip"),
+    ("lower_lip_pressure_kpa", "contact pressure\nlower lip"),
+)
+"""The histories of the thesis' Figures 4.13 to 4.17."""
+WINDOWS = {
+    "upper_lip_pressure_kpa": "upper_lip_window_kpa",
+    "lower_lip_pressure_kpa": "lower_lip_window_kpa",
+}
+RUN_COLOURS = (UPPER, LOWER, "#5b8c4a", "#8e4585", "#9a7d2e", "#555b66")
+IMPRINT_STEP_MM = 0.1
+
+
+def plot_histories(runs: Sequence[Path], out: Path) -> None:
+    """Draw the five histories of one or several runs against relative time, one below the other.
+
+    Parameters
+    ----------
+    runs
+        run directories; each is called by its scenario's name.
+    out
+        the picture to write, ``.png``, ``.svg`` or ``.pdf``.
+
+    Raises
+    ------
+    SolutionError
+        If one of ``runs`` is not a run directory.
+    """
+    solutions = [Solution.load(run) for run in runs]
+    figure = Figure(figsize=(9.0, 11.0), dpi=DPI, facecolor=PAPER, layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(len(FIVE_HISTORIES), 1, sharex=True)
+    for axes, (name, title) in zip(panels, FIVE_HISTORIES, strict=True):
+        for solution, colour in zip(solutions, _colours(len(solutions)), strict=True):
+            _history(axes, solution, name, colour, alone=len(solutions) == 1)
+        _finish(axes, title, solutions[0][name].quantity)
+    panels[0].legend(loc="best", frameon=False, fontsize=10)
+    panels[-1].set_xlabel("relative time", color=INK, size=11)
+    panels[-1].set_xlim(0.0, 1.0)
+    with file_at_once(out) as partial:
+        figure.savefig(partial, facecolor=PAPER)
+
+
+def plot_imprint(run: Path, out: Path) -> None:
+    """Draw where along the neck's contour the lips press, against time.
+
+    Parameters
+    ----------
+    run
+        a run directory.
+    out
+        the picture to write, ``.png``, ``.svg`` or ``.pdf``.
+
+    Raises
+    ------
+    SolutionError
+        If ``run`` is not a run directory.
+    """
+    solution = Solution.load(run)
+    figure = Figure(figsize=(9.0, 6.5), dpi=DPI, facecolor=PAPER, layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(len(LIPS), 1, sharex=True)
+    imprints = {lip: imprint(solution, lip) for lip in LIPS}
+    highest = max(float(pressure.max(initial=0.0)) for _, pressure in imprints.values()) or 1.0
+    for axes, (lip, (arc, pressure)) in zip(panels, imprints.items(), strict=True):
+        image = axes.pcolormesh(
+            solution.time_s,
+            arc,
+            np.ma.masked_equal(pressure.T, 0.0),
+            cmap=PRESSURE_COLOURS,
+            vmin=0.0,
+            vmax=highest,
+            shading="nearest",
+        )
+        axes.set_ylabel(f"{lip} wall: along contour, mm", color=INK, size=11)
+        _quiet(axes)
+    panels[-1].set_xlabel("time, s", color=INK, size=11)
+    bar = figure.colorbar(image, ax=list(panels), pad=0.02, aspect=40)
+    bar.set_label("contact pressure, kPa", color=INK, size=11)
+    bar.outline.set_visible(False)
+    with file_at_once(out) as partial:
+        figure.savefig(partial, facecolor=PAPER)
+
+
+def imprint(solution: Solution, lip: str) -> tuple[Array, Array]:
+    """Return the pressure of one lip along the contour of the neck.
+
+    Returns
+    -------
+    arc_mm
+        (a,) arc length along the wall's outline, mm, over the part that is ever touched.
+    pressure_kpa
+        (k, a) highest contact pressure at each increment, kPa; 0 where nothing touches.
+    """
+    contact = solution.contact[lip].fields
+    where, pressure = contact["neck_arc_mm"], 1e3 * contact["pressure_mpa"]
+    touching = np.isfinite(where) & (pressure > 0)
+    if not touching.any():
+        return np.zeros(1), np.zeros((where.shape[0], 1))
+    low, high = where[touching].min(), where[touching].max()
+    count = int(np.ceil((high - low) / IMPRINT_STEP_MM)) + 1
+    step = np.where(touching, (where - low) / IMPRINT_STEP_MM, 0.0).round().astype(int)
+    result = np.zeros((where.shape[0], count))
+    rows = np.nonzero(touching)[0]
+    np.maximum.at(result, (rows, step[touching]), pressure[touching])
+    return low + IMPRINT_STEP_MM * np.arange(count), result
+
+
+def _history(axes: Axes, solution: Solution, name: str, colour: str, *, alone: bool) -> None:
+    time = solution["relative_time"].values
+    label = str(solution.summary.get("scenario", solution.folder.name))
+    axes.plot(time, solution[name].values, color=colour, lw=1.8, label=label)
+    window = WINDOWS.get(name)
+    if alone and window is not None:
+        axes.plot(time, solution[window].values, color=colour, lw=1.2, ls=(0, (4, 2)))
+        axes.plot([], [], color=colour, lw=1.2, ls=(0, (4, 2)), label="mean over 0.5 mm")
+        axes.plot([], [], color=colour, lw=1.8, label="two highest elements")
+        handles, labels = axes.get_legend_handles_labels()
+        axes.legend(handles[1:], labels[1:], loc="best", frameon=False, fontsize=10)
+
+
+def _colours(count: int) -> list[str]:
+    return [RUN_COLOURS[index % len(RUN_COLOURS)] for index in range(count)]
+
+
+def _finish(axes: Axes, title: str, quantity: Quantity) -> None:
+    unit = f", {quantity.unit}" if quantity.unit else ""
+    axes.set_ylabel(title + unit, color=INK, size=11)
+    axes.axhline(0.0, color=QUIET, lw=0.8, zorder=0)
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.grid(axis="y", color="#e4e1db", lw=0.8)
+    _quiet(axes)
+
+
+def _quiet(axes: Axes) -> None:
+    axes.set_facecolor("none")
+    axes.tick_params(labelsize=10, colors=INK, length=3)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(QUIET)

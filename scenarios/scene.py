@@ -1,0 +1,320 @@
+"""A run as artists on matplotlib axes: the deformed lips, teeth, face and neck in the world.
+
+Drawing a frame means setting vertices and colours; nothing is created anew, so that a film of a
+hundred frames takes seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Curve
+from matplotlib.transforms import Affine2D
+from numpy.typing import NDArray
+
+from geometry2d.rigid import RigidPlacement
+from scenarios.solution import ELEMENT_FIELDS, Frame, Integers, Model, Solution, SolutionError
+
+Array = NDArray[np.float64]
+
+PAPER = "#fbfaf8"
+INK = "#2b2f36"
+QUIET = "#8a8f98"
+BULK = "#efc9b8"
+SKIN_EDGE = "#7c4a3c"
+BONE = "#dcd8cf"
+TOOTH = "#f7f4ea"
+HARD_EDGE = "#a8a294"
+NECK = "#6d7f92"
+NECK_EDGE = "#3e4c5b"
+PACKAGE = "#dfe5ea"
+UPPER = "#1d6a86"
+LOWER = "#d07a2d"
+
+STRESS_COLOURS = LinearSegmentedColormap.from_list(
+    "stress", ["#fae6d8", "#f2b48c", "#dd6a4c", "#a8243f", "#4f0a2e"]
+)
+STRAIN_COLOURS = LinearSegmentedColormap.from_list(
+    "strain", ["#f6efe2", "#c9d39a", "#7fae74", "#33775f", "#123f45"]
+)
+PRESSURE_COLOURS = LinearSegmentedColormap.from_list(
+    "pressure", ["#bfe6e4", "#4fb3c4", "#1c6f9c", "#123a7a", "#160b47"]
+)
+
+# A T6 triangle as the polygon of its six nodes, in order around it.
+AROUND = [0, 3, 1, 4, 2, 5]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the dermis is coloured by: a field, how it is called, and the unit it is shown in."""
+
+    field: str
+    title: str
+    unit: str
+    factor: float
+    colours: Colormap
+
+
+SHOWN = {
+    "von_mises_mpa": Shown("von_mises_mpa", "von Mises in dermis", "kPa", 1e3, STRESS_COLOURS),
+    "log_strain_max": Shown("log_strain_max", "largest log strain", "", 1.0, STRAIN_COLOURS),
+    "log_strain_min": Shown("log_strain_min", "compressive log strain", "", -1.0, STRAIN_COLOURS),
+}
+assert SHOWN.keys() == {quantity.name for quantity in ELEMENT_FIELDS}
+
+
+def boundary_loops(triangles: Integers) -> list[Integers]:
+    """Return the closed node loops around quadratic triangles (e, 6), middles included.
+
+    A loop starts at its smallest corner and runs with the triangles' orientation.
+    """
+    sides = triangles[:, [[0, 3, 1], [1, 4, 2], [2, 5, 0]]].reshape(-1, 3)
+    inner = {(int(first), int(last)) for first, _, last in sides}
+    following = {
+        int(first): (int(middle), int(last))
+        for first, middle, last in sides
+        if (int(last), int(first)) not in inner
+    }
+    loops = []
+    while following:
+        start = corner = min(following)
+        loop = []
+        while corner in following:
+            middle, last = following.pop(corner)
+            loop += [corner, middle]
+            corner = last
+        if corner != start:
+            raise SolutionError(f"the triangles around node {corner} do not form a closed region")
+        loops.append(np.array(loop))
+    return loops
+
+
+def upper_limit(values: Iterable[float]) -> float:
+    """Return the smallest round number (1, 1.5, 2, 3, 5, 8 × a power of ten) above all values.
+
+    >>> upper_limit([3.0, 41.0]), upper_limit([0.0])
+    (50.0, 1.0)
+    """
+    largest = max(values, default=0.0)
+    if largest <= 0.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(largest))
+    steps = np.array([1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 10.0]) * power
+    return float(steps[steps >= largest * (1 - 1e-9)][0])
+
+
+class SkinLine:
+    """The skin of one lip as a line that carries contact pressure."""
+
+    def __init__(self, model: Model, edges: Integers, arc_mm: Array) -> None:
+        self.nodes = np.append(edges[:, [0, 2]].ravel(), edges[-1, 1])
+        steps = np.hypot(*np.diff(model.nodes[self.nodes], axis=0).T)
+        self._node_arc = np.concatenate([[0.0], np.cumsum(steps)])
+        self.arc_mm = arc_mm
+
+    def points(self, positions: Array) -> Array:
+        """Return where the points (s, 2) of the contact fields are, from node positions (n, 2)."""
+        along = positions[self.nodes]
+        return np.column_stack(
+            [np.interp(self.arc_mm, self._node_arc, along[:, axis]) for axis in (0, 1)]
+        )
+
+
+class Scene:
+    """The artists of a run on ``axes``, whose data are millimetres of the world.
+
+    Parameters
+    ----------
+    axes
+        where to draw; limits are the caller's.
+    solution
+        the run.
+    shown
+        what the dermis is coloured by, one of :data:`SHOWN`.
+    limits
+        largest values of the colours: of ``shown`` in its unit, and of the pressure in kPa.
+    """
+
+    def __init__(
+        self, axes: Axes, solution: Solution, shown: Shown, limits: tuple[float, float]
+    ) -> None:
+        model = solution.model
+        self._model = model
+        self._shown = shown
+        self._head = Affine2D()
+        self._neck = Affine2D()
+        in_head = self._head + axes.transData
+        in_neck = self._neck + in_head
+        self.artists: list[Artist] = []
+
+        outlines = model.outlines
+        for name in ("package", "silhouette"):
+            if name in outlines:
+                self._add(axes, _area([outlines[name]], PACKAGE, "none"), in_neck, 0)
+        for line in _outside(outlines.get("profile"), model):
+            (drawn,) = axes.plot(*line.T, color=QUIET, lw=1.4, zorder=1, solid_capstyle="round")
+            drawn.set_transform(in_head)
+            self.artists.append(drawn)
+        hard = [name for name in outlines if name.startswith("bone")]
+        for name in hard:
+            self._add(axes, _area([outlines[name]], BONE, HARD_EDGE), in_head, 1)
+        for name in ("upper_tooth", "lower_tooth"):
+            if name in outlines:
+                self._add(axes, _area([outlines[name]], TOOTH, HARD_EDGE), in_head, 2)
+
+        names = np.array(model.region_names)[model.region]
+        is_dermis = np.char.endswith(names, "dermis")
+        self._dermis = np.flatnonzero(is_dermis)
+        self._bulk_loops = _loops_by_region(model, names, "bulk")
+        self._skin_loops = _loops_by_region(model, names, "dermis")
+        self._bulk = _area([], BULK, "none")
+        self._add(axes, self._bulk, in_head, 3)
+        self._elements = PolyCollection(
+            [],
+            cmap=shown.colours,
+            norm=Normalize(0.0, limits[0]),
+            edgecolors="face",
+            linewidths=0.2,
+            zorder=4,
+        )
+        self._add(axes, self._elements, in_head, 4)
+        self._edges = _area([], "none", SKIN_EDGE, width=0.8)
+        self._add(axes, self._edges, in_head, 5)
+        for name in ("upper_wall", "lower_wall"):
+            if name in outlines:
+                self._add(axes, _area([outlines[name]], NECK, NECK_EDGE), in_neck, 6)
+        self._skin = {
+            lip: SkinLine(model, model.skin[lip], contact.arc_mm)
+            for lip, contact in solution.contact.items()
+        }
+        self._pressure = LineCollection(
+            [],
+            cmap=PRESSURE_COLOURS.with_extremes(under=(0, 0, 0, 0)),
+            norm=Normalize(0.01 * limits[1], limits[1]),
+            linewidths=4.5,
+            capstyle="round",
+        )
+        self._add(axes, self._pressure, in_head, 7)
+        self.artists.sort(key=lambda artist: artist.get_zorder())
+
+    @property
+    def element_colours(self) -> PolyCollection:
+        """What the colour bar of the dermis belongs to."""
+        return self._elements
+
+    @property
+    def pressure_colours(self) -> LineCollection:
+        """What the colour bar of the pressure belongs to."""
+        return self._pressure
+
+    def show(self, frame: Frame, head: RigidPlacement) -> None:
+        """Move everything to where it is in ``frame``, with the head at ``head`` in the world."""
+        _set_placement(self._head, head)
+        _set_placement(self._neck, frame.placement)
+        positions = self._model.nodes + frame.displacement
+        self._bulk.set_path(_closed([positions[loop] for loop in self._bulk_loops]))
+        self._edges.set_path(
+            _closed([positions[loop] for loop in self._skin_loops + self._bulk_loops])
+        )
+        corners = self._model.triangles[self._dermis][:, AROUND]
+        self._elements.set_verts(list(positions[corners]))
+        values = frame.element[self._shown.field][self._dermis]
+        self._elements.set_array(values * self._shown.factor)
+        segments, pressures = [], []
+        for lip, line in self._skin.items():
+            points, pressure = line.points(positions), 1e3 * frame.pressure_mpa[lip]
+            segments.append(np.stack([points[:-1], points[1:]], axis=1))
+            pressures.append((pressure[:-1] + pressure[1:]) / 2)
+        self._pressure.set_segments(list(np.concatenate(segments)))
+        self._pressure.set_array(np.concatenate(pressures))
+
+    def _add(self, axes: Axes, artist: Artist, transform: object, zorder: int) -> None:
+        artist.set_zorder(zorder)
+        artist.set_transform(transform)  # type: ignore[arg-type]
+        axes.add_artist(artist)
+        artist.set_clip_path(axes.patch)
+        self.artists.append(artist)
+
+
+def _set_placement(transform: Affine2D, place: RigidPlacement) -> None:
+    transform.clear().rotate(place.angle_rad).translate(*place.shift_mm)
+
+
+def _area(polygons: list[Array], face: str, edge: str, width: float = 1.0) -> PathPatch:
+    return PathPatch(
+        _closed(polygons), facecolor=face, edgecolor=edge, linewidth=width, joinstyle="round"
+    )
+
+
+def _closed(polygons: list[Array]) -> Curve:
+    """Return one compound path of closed polygons."""
+    paths = [Curve(np.vstack([points, points[:1]]), closed=True) for points in polygons]
+    return Curve.make_compound_path(*paths)
+
+
+def _loops_by_region(model: Model, names: NDArray[np.str_], ending: str) -> list[Integers]:
+    return [
+        loop
+        for name in model.region_names
+        if name.endswith(ending) and (names == name).any()
+        for loop in boundary_loops(model.triangles[names == name])
+    ]
+
+
+def _outside(profile: Array | None, model: Model, distance_mm: float = 1.0) -> list[Array]:
+    """Return the stretches of the face's profile that are not the skin of a lip."""
+    if profile is None:
+        return []
+    skin = np.vstack([model.nodes[edges].reshape(-1, 2) for edges in model.skin.values()])
+    fine = _refined(profile, distance_mm / 2)
+    away = np.array([np.hypot(*(skin - point).T).min() > distance_mm for point in fine])
+    changes = np.flatnonzero(np.diff(away.astype(int))) + 1
+    bounds = [0, *changes, len(fine)]
+    return [fine[a:b] for a, b in pairwise(bounds) if away[a] and b - a > 1]
+
+
+def _refined(line: Array, spacing_mm: float) -> Array:
+    """Return a polyline (n, 2) with points no farther apart than ``spacing_mm``."""
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    fine = np.linspace(0.0, arc[-1], int(np.ceil(arc[-1] / spacing_mm)) + 1)
+    return np.column_stack([np.interp(fine, arc, line[:, axis]) for axis in (0, 1)])
+
+
+def colour_limits(solution: Solution, shown: Shown, samples: int = 24) -> tuple[float, float]:
+    """Return round upper limits of the dermis' colours (its unit) and of pressure (kPa).
+
+    The dermis' limit is exceeded by one element in a thousand at the worst increment: single
+    elements in a crease would leave all others pale.
+    """
+    names = np.array(solution.model.region_names)[solution.model.region]
+    dermis = np.char.endswith(names, "dermis")
+    indices = np.unique(np.linspace(0, solution.time_s.size - 1, samples).round().astype(int))
+    worst = [
+        float(np.quantile(solution.frame(i).element[shown.field][dermis] * shown.factor, 0.999))
+        for i in indices
+    ]
+    pressures = [
+        float(np.quantile(contact.fields["pressure_mpa"].max(axis=1), 0.98)) * 1e3
+        for contact in solution.contact.values()
+    ]
+    return upper_limit(worst), upper_limit(pressures)
+
+
+def touched_points(solution: Solution) -> Mapping[str, Array]:
+    """Return by lip the undeformed points (t, 2) of the skin that ever touch the neck."""
+    found = {}
+    for lip, contact in solution.contact.items():
+        line = SkinLine(solution.model, solution.model.skin[lip], contact.arc_mm)
+        ever = (contact.fields["pressure_mpa"] > 0).any(axis=0)
+        points = line.points(solution.model.nodes)
+        found[lip] = points[ever] if ever.any() else points
+    return found
