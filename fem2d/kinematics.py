@@ -52,14 +52,20 @@ class Plane(Enum):
 
 
 @compiled
-def next_guess(v: float, residual: float, slope: float, low: float, high: float) -> float:
-    """Return the next guess for ln J: a Newton step, at most 1 long, kept inside the bracket."""
-    step = -residual / slope if slope > 0.0 else -math.copysign(0.5, residual)
-    guess = v + min(1.0, max(-1.0, step))
+def next_guess(
+    v: float, residual: float, slope: float, slow: bool, low: float, high: float
+) -> float:
+    """Return the next guess for ln J.
+
+    A Newton step, at most 1 long; where it leaves the bracket, the slope has the wrong sign, or
+    Newton is ``slow`` (exponentials far out shrink by a factor e a step only), half the bracket.
+    """
+    inside = math.isfinite(low + high)
+    if slow or slope <= 0.0:
+        return 0.5 * (low + high) if inside else v - math.copysign(0.5, residual)
+    guess = v + min(1.0, max(-1.0, -residual / slope))
     if guess <= low or guess >= high:
-        guess = (
-            0.5 * (low + high) if math.isfinite(low + high) else v - math.copysign(0.5, residual)
-        )
+        guess = 0.5 * (low + high) if inside else v - math.copysign(0.5, residual)
     return guess
 
 
@@ -71,7 +77,7 @@ def powers_thickness(row: Array, e1: float, e2: float) -> tuple[float, bool]:
     not ln λ₃, so the pressure keeps its digits however incompressible the material is.
     """
     v = 0.0
-    low, high = -math.inf, math.inf
+    low, high, previous = -math.inf, math.inf, math.inf
     for _ in range(NEWTON_LIMIT):
         _, t1, t2, t3, h1, h2, h3 = powers_isochoric(
             row, e1 - v / 3.0, e2 - v / 3.0, 2.0 * v / 3.0 - e1 - e2
@@ -86,7 +92,9 @@ def powers_thickness(row: Array, e1: float, e2: float) -> tuple[float, bool]:
             high = min(high, v)
         else:
             low = max(low, v)
-        guess = next_guess(v, residual, slope, low, high)
+        slow = abs(residual) > 0.25 * previous
+        previous = abs(residual)
+        guess = next_guess(v, residual, slope, slow, low, high)
         # A Newton step this small leaves an error of its square: rounding.
         if slope > 0.0 and abs(residual) <= 1e-9 * (h1 + h2 + h3):
             return v - residual / slope, True
@@ -297,18 +305,22 @@ def section_tangent(
 def fibres_thickness(row: Array, x: Array, determinant: float) -> tuple[float, bool]:
     """Return ln J for which P₃₃ = 0 at in-plane entries of ``x``, and whether it was found."""
     v = 0.0
-    low, high = -math.inf, math.inf
+    low, high, previous = -math.inf, math.inf, math.inf
     for _ in range(NEWTON_LIMIT):
         residual, slope, size = fibres_traction(row, x, math.exp(v) / determinant, v)
-        if not math.isfinite(residual):
-            return v, False
+        if not math.isfinite(residual):  # fibres stretched beyond all numbers: thinner
+            high = v
+            v = 0.5 * (low + high) if math.isfinite(low) else v - 0.5
+            continue
         if residual > 0.0:
             high = min(high, v)
         else:
             low = max(low, v)
         if slope > 0.0 and abs(residual) <= 1e-9 * size:
             return v - residual / slope, True
-        guess = next_guess(v, residual, slope, low, high)
+        slow = abs(residual) > 0.25 * previous
+        previous = abs(residual)
+        guess = next_guess(v, residual, slope, slow, low, high)
         if guess == v:
             return v, slope > 0.0
         v = guess
