@@ -110,7 +110,7 @@ def through_landmarks(
 
 
 def resampled(points: ArrayLike, spacing_mm: float) -> Array:
-    """Return the polyline (n, 2) with equally spaced points, ``spacing_mm`` apart or a little less."""
+    """Return the polyline with points equally spaced, ``spacing_mm`` apart or a little less."""
     length = float(arc_lengths(points)[-1])
     count = max(2, int(np.ceil(length / spacing_mm)) + 1)
     return at_arc_lengths(points, np.linspace(0.0, length, count))

@@ -273,8 +273,8 @@ def head_section(measurements: HeadMeasurements | None = None) -> HeadSection:
         "nose": _nose_marker(m, in_head(face.nose_tip)),
         **{name: in_head(point) for name, point in upper.landmarks.items()},
         **{name: with_jaw(point) for name, point in lower.landmarks.items()},
-        "jaw_front": with_jaw(face.pogonion + [-11.0, -1.0]),
-        "jaw_back": with_jaw(face.pogonion + [-37.0, 10.0]),
+        "jaw_front": with_jaw(face.pogonion + _by(-11.0, -1.0)),
+        "jaw_back": with_jaw(face.pogonion + _by(-37.0, 10.0)),
         "upper_incisor": in_head(face.upper_incisor),
         "lower_incisor": with_jaw(face.lower_incisor),
     }
@@ -293,12 +293,16 @@ def head_section(measurements: HeadMeasurements | None = None) -> HeadSection:
     return section
 
 
+def _by(x: float, y: float) -> Array:
+    return np.array([x, y])
+
+
 def _hinge(m: HeadMeasurements) -> Array:
     return rotated([m.hinge_forward_mm, 0.0], np.deg2rad(m.hinge_above_deg))
 
 
 def _nose_marker(m: HeadMeasurements, nose_tip: Array) -> Array:
-    """The marker sits on the side of the nose, on the line from the ear to its tip."""
+    """Place the marker on the side of the nose, on the line from the ear to its tip."""
     reach = float(np.hypot(*nose_tip))
     if m.ear_nose_mm > reach:
         raise HeadError(
@@ -476,7 +480,7 @@ class _Lip:
                 "cut": ("cut_dermis", "cut_bulk"),
             },
             focus=placed(skin[np.abs(s - self.margin) <= FOCUS_REACH_MM]),
-            layer_curves=("skin", "interface"),
+            layer_curves=("skin", "interface", "inner"),
         )
 
     def _thickness(self, s: Array, m: HeadMeasurements) -> Array:
@@ -499,7 +503,7 @@ def _upper_lip(m: HeadMeasurements, face: _ClosedFace) -> _Lip:
     )
     columella = rotated([0.5 * m.nose_projection_mm, 0.0], np.deg2rad(columella_deg))
     nasion = _nasion(m)
-    supratip = face.nose_tip + [-0.19 * m.nose_projection_mm, 0.42 * m.nose_projection_mm]
+    supratip = face.nose_tip + _by(-0.19 * m.nose_projection_mm, 0.42 * m.nose_projection_mm)
     dorsum_deg = float(np.rad2deg(np.arctan2(*(nasion - supratip)[::-1])))
     cut = supratip + 0.13 * (nasion - supratip)
     inwards = rotated([1.0, 0.0], np.deg2rad(dorsum_deg + 90.0))
@@ -515,7 +519,7 @@ def _upper_lip(m: HeadMeasurements, face: _ClosedFace) -> _Lip:
         end_height=face.upper_inside[1],
     )
     bone = through_landmarks(
-        [bone_top, spine, a_bone + [0.3, 0.0], front[0]],
+        [bone_top, spine, a_bone + _by(0.3, 0.0), front[0]],
         [dorsum_deg + 105.0, 255.0, 275.0, _heading(front[:2])],
     )
     lip_deg = float(np.rad2deg(np.arctan2(-face.upper_lip[1], -face.upper_lip[0])))
@@ -578,7 +582,7 @@ def _lower_lip(m: HeadMeasurements, face: _ClosedFace) -> _Lip:
     )
     behind = np.array([-SUBMENTAL_LENGTH_MM, 1.5])
     cut = face.menton + behind
-    bone_end = cut + [-0.5, m.menton_thickness_mm + 2.0]
+    bone_end = cut + _by(-0.5, m.menton_thickness_mm + 2.0)
     chin_deg = float(np.rad2deg(np.arctan2(*(face.sulcus - face.pogonion)[::-1]))) - 90.0
     lip_deg = 90.0 - (180.0 - m.mentolabial_angle_deg - 1.6 * chin_deg)
     skin = through_landmarks(
@@ -597,9 +601,9 @@ def _lower_lip(m: HeadMeasurements, face: _ClosedFace) -> _Lip:
     bone = through_landmarks(
         [
             front[-1],
-            b_bone + [0.3, 0.0],
+            b_bone + _by(0.3, 0.0),
             face.pogonion - [m.pogonion_thickness_mm, 0.0],
-            face.menton + [-2.0, m.menton_thickness_mm],
+            face.menton + _by(-2.0, m.menton_thickness_mm),
             bone_end,
         ],
         [_heading(front[-2:]), 271.0, 268.0, 190.0, 176.0],
@@ -639,12 +643,12 @@ def _upper_tooth(m: HeadMeasurements, face: _ClosedFace, a_bone: Array) -> Outli
     top = a_bone - [m.tooth_clearance_mm, 0.0]
     corners = [
         edge,
-        edge + 0.45 * crown * up + [CROWN_BULGE_MM, 0.0],
-        gum + [0.1, 0.0],
+        edge + 0.45 * crown * up + _by(CROWN_BULGE_MM, 0.0),
+        gum + _by(0.1, 0.0),
         top,
-        top + [-depth - 1.0, 0.5],
-        gum + [-depth, 1.5],
-        edge + [-1.7, 0.5],
+        top + _by(-depth - 1.0, 0.5),
+        gum + _by(-depth, 1.5),
+        edge + _by(-1.7, 0.5),
     ]
     return Outline.from_corners(corners, [0.7, 12.0, 8.0, 1.5, 1.5, 3.0, 0.6])
 
@@ -657,12 +661,12 @@ def _lower_tooth(m: HeadMeasurements, face: _ClosedFace, b_bone: Array) -> Outli
     bottom = b_bone - [m.tooth_clearance_mm, 0.0]
     corners = [
         bottom,
-        gum + [0.1, 0.0],
-        edge + 0.45 * crown * down + [CROWN_BULGE_MM, 0.0],
+        gum + _by(0.1, 0.0),
+        edge + 0.45 * crown * down + _by(CROWN_BULGE_MM, 0.0),
         edge,
-        edge + [-1.6, -0.5],
-        gum + [-depth, -1.5],
-        bottom + [-depth - 1.0, -0.5],
+        edge + _by(-1.6, -0.5),
+        gum + _by(-depth, -1.5),
+        bottom + _by(-depth - 1.0, -0.5),
     ]
     return Outline.from_corners(corners, [1.5, 8.0, 12.0, 0.7, 0.6, 3.0, 1.5])
 
@@ -713,7 +717,7 @@ def _profile(
     in_head: _Placing,
     with_jaw: _Placing,
 ) -> Array:
-    """Silhouette from the forehead down; the parts outside the sections are there to be seen only."""
+    """Silhouette from the forehead down; outside the sections it is only there to be seen."""
     nasion = _nasion(m)
     nose = _stretch(upper.chain, upper.margin, float(arc_lengths(upper.chain)[-1]))[::-1]
     dorsum_deg = _heading(nose[:2])
@@ -721,20 +725,20 @@ def _profile(
     forehead = in_head(
         through_landmarks(
             [
-                glabella + [-26.0, 62.0],
-                glabella + [-5.5, 28.0],
+                glabella + _by(-26.0, 62.0),
+                glabella + _by(-5.5, 28.0),
                 glabella,
                 nasion,
-                nasion + 0.42 * (nose[0] - nasion) + [0.8, 0.3],
+                nasion + 0.42 * (nose[0] - nasion) + _by(0.8, 0.3),
                 nose[0],
             ],
             [-48.0, -76.0, -92.0, -88.0, dorsum_deg - 1.0, dorsum_deg],
         )
     )
     chin = with_jaw(_stretch(lower.chain, 0.0, lower.margin)[::-1])
-    throat = chin[-1] + [-20.0, 4.5 - 0.3 * m.jaw_opening_deg]
+    throat = chin[-1] + _by(-20.0, 4.5 - 0.3 * m.jaw_opening_deg)
     neck = through_landmarks(
-        [chin[-1], throat, throat + [-14.0, -14.0], throat + [-9.0, -60.0]],
+        [chin[-1], throat, throat + _by(-14.0, -14.0), throat + _by(-9.0, -60.0)],
         [_heading(chin[-2:]), 186.0, 258.0, 284.0],
     )
     return np.concatenate([forehead[:-1], in_head(nose), chin, neck[1:]])
@@ -743,14 +747,19 @@ def _profile(
 def _upper_jaw(lip: _Lip) -> Array:
     front = _stretch(lip.chain, 0.0, lip.fornix)
     top, bottom = front[0], front[-1]
-    back = [bottom + [-9.0, 1.0], bottom + [-26.0, 3.0], [bottom[0] - 26.0, 2.0], top + [-9.0, 4.0]]
+    back = [
+        bottom + _by(-9.0, 1.0),
+        bottom + _by(-26.0, 3.0),
+        [bottom[0] - 26.0, 2.0],
+        top + _by(-9.0, 4.0),
+    ]
     return np.concatenate([front, np.array(back)])
 
 
 def _lower_jaw(lip: _Lip) -> Array:
     front = _stretch(lip.chain, lip.fornix, float(arc_lengths(lip.chain)[-1]))
-    back = [front[-1] + [-3.0, 5.0], front[-1] + [4.0, 13.0], front[0] + [-13.0, -14.0]]
-    return np.concatenate([front, np.array(back), [front[0] + [-10.0, 0.0]]])
+    back = [front[-1] + _by(-3.0, 5.0), front[-1] + _by(4.0, 13.0), front[0] + _by(-13.0, -14.0)]
+    return np.concatenate([front, np.array(back), [front[0] + _by(-10.0, 0.0)]])
 
 
 def _refuse_overlap(section: HeadSection) -> None:

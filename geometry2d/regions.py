@@ -1,8 +1,8 @@
 """Regions of a section bounded by named curves that neighbouring regions share.
 
-A section is a plane cut through soft tissue. Its curves are open polylines whose ends meet exactly;
-each region is a closed loop of curves, each boundary name stands for one or more curves. Because two
-regions name the same curve as their interface, their meshes match there by construction.
+A section is a plane cut through soft tissue. Its curves are open polylines whose ends meet
+exactly; each region is a closed loop of curves, each boundary name stands for one or more curves.
+Because two regions name the same curve as their interface, their meshes match by construction.
 """
 
 from __future__ import annotations
