@@ -23,6 +23,7 @@ from fem2d.materials.material import Array, Material
 
 LONGEST_STEP = 0.02
 SEARCH_LIMIT = 3.0
+COLLAPSED = 0.5
 ROUNDING = 4 * float(np.finfo(float).eps)
 
 
@@ -79,6 +80,15 @@ class Curve:
                     f"the material becomes unstable in {word} at logarithmic strain {strain:.3f} "
                     f"(stretch {math.exp(strain):.3f})"
                 )
+        ratio = np.prod(self.stretches, axis=1)
+        collapsed = self.log_strain[ratio < COLLAPSED]
+        if collapsed.size:
+            strain = float(collapsed[np.argmin(np.abs(collapsed))])
+            said.append(
+                f"from logarithmic strain {strain:.3f} (stretch {math.exp(strain):.3f}) on the "
+                f"volume is below {COLLAPSED:g} of what it was: there the curve shows the "
+                "compressibility law, not the tissue"
+            )
         if self.missing:
             said.append(
                 f"no equilibrium was found at {len(self.missing)} stretches between "

@@ -86,18 +86,19 @@ def powers_thickness(row: Array, e1: float, e2: float) -> tuple[float, bool]:
         J = math.exp(v)
         residual = (2.0 * t3 - t1 - t2) / 3.0 + J * first
         slope = (4.0 * h3 + h1 + h2) / 9.0 + J * first + J * J * second
-        if not math.isfinite(residual):
+        if math.isnan(residual):
             return v, False
         if residual > 0.0:
             high = min(high, v)
         else:
             low = max(low, v)
-        slow = abs(residual) > 0.25 * previous
+        finite = math.isfinite(slope)
+        slow = not finite or abs(residual) > 0.25 * previous
         previous = abs(residual)
-        guess = next_guess(v, residual, slope, slow, low, high)
         # A Newton step this small leaves an error of its square: rounding.
-        if slope > 0.0 and abs(residual) <= 1e-9 * (h1 + h2 + h3):
+        if finite and slope > 0.0 and abs(residual) <= 1e-9 * (h1 + h2 + h3):
             return v - residual / slope, True
+        guess = next_guess(v, residual, slope, slow, low, high)
         if guess == v:
             return v, slope > 0.0
         v = guess
@@ -308,18 +309,17 @@ def fibres_thickness(row: Array, x: Array, determinant: float) -> tuple[float, b
     low, high, previous = -math.inf, math.inf, math.inf
     for _ in range(NEWTON_LIMIT):
         residual, slope, size = fibres_traction(row, x, math.exp(v) / determinant, v)
-        if not math.isfinite(residual):  # fibres stretched beyond all numbers: thinner
-            high = v
-            v = 0.5 * (low + high) if math.isfinite(low) else v - 0.5
-            continue
+        if math.isnan(residual):
+            return v, False
         if residual > 0.0:
             high = min(high, v)
         else:
             low = max(low, v)
-        if slope > 0.0 and abs(residual) <= 1e-9 * size:
-            return v - residual / slope, True
-        slow = abs(residual) > 0.25 * previous
+        finite = math.isfinite(slope)
+        slow = not finite or abs(residual) > 0.25 * previous
         previous = abs(residual)
+        if finite and slope > 0.0 and abs(residual) <= 1e-9 * size:
+            return v - residual / slope, True
         guess = next_guess(v, residual, slope, slow, low, high)
         if guess == v:
             return v, slope > 0.0
