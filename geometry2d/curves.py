@@ -116,6 +116,19 @@ def resampled(points: ArrayLike, spacing_mm: float) -> Array:
     return at_arc_lengths(points, np.linspace(0.0, length, count))
 
 
+def stretch(points: ArrayLike, low: float, high: float, *, spacing_mm: float = 0.1) -> Array:
+    """Return the part of a polyline between two arc lengths, mm, with a point at both ends."""
+    count = max(2, int(np.ceil((high - low) / spacing_mm)) + 1)
+    return at_arc_lengths(points, np.linspace(low, high, count))
+
+
+def heading_deg(points: ArrayLike) -> float:
+    """Return the direction from the first to the last of some points (n, 2), degrees."""
+    p = np.asarray(points, float)
+    step = p[-1] - p[0]
+    return float(np.rad2deg(np.arctan2(step[1], step[0])))
+
+
 def smoothed(points: ArrayLike, width_mm: float) -> Array:
     """Return an equally spaced polyline averaged along its length with a Gaussian, ends kept.
 

@@ -11,6 +11,7 @@ import skfem
 from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.head import HeadSection
+from geometry2d.likeness import cranium
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.regions import Section
@@ -71,7 +72,8 @@ def draw_head(
         Colours.
     """
     if face:
-        axes.fill(*_closed_face(head.profile).T, facecolor=palette.face, edgecolor="none", zorder=1)
+        silhouette = np.concatenate([head.profile, cranium(head.profile)])
+        axes.fill(*silhouette.T, facecolor=palette.face, edgecolor="none", zorder=1)
         axes.plot(*head.profile.T, color=palette.profile, linewidth=1.0, zorder=6)
     for jaw in (head.upper_jaw, head.lower_jaw):
         axes.fill(
@@ -184,9 +186,7 @@ def draw_mesh(
         Colours.
     """
     points = mesh.p.T if displacement is None else mesh.p.T + np.asarray(displacement, float)
-    named: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {
-        "bulk": np.arange(mesh.t.shape[1])
-    }
+    named: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"bulk": np.arange(mesh.t.shape[1])}
     for name, elements in named.items():
         colour = palette.dermis if name.endswith("dermis") else palette.bulk
         axes.tripcolor(
@@ -205,9 +205,3 @@ def _single_colour(colour: str) -> object:
     from matplotlib.colors import ListedColormap
 
     return ListedColormap([colour])
-
-
-def _closed_face(profile: Array) -> Array:
-    """Close the silhouette behind the head, well outside any picture of the mouth."""
-    back = np.array([[-45.0, profile[-1, 1]], [-95.0, 20.0], [-70.0, profile[0, 1]]])
-    return np.concatenate([profile, back])

@@ -30,6 +30,13 @@ SizeField = Callable[[Array], Array]
 REMESHING_PASSES = 4
 """Each pass sees the size field at the nodes of the one before; after four nothing changes."""
 
+RELAXATION_SWEEPS = 12
+POOR_ANGLE_RAD = float(np.deg2rad(36.0))
+RELAXATION_STEPS = np.array(
+    [[1, 0], [0.5, 0], [0.2, 0], [-0.2, 0], [0.3, 0.3], [0.3, -0.3], [0, 0.2], [0, -0.2]], float
+)
+"""Trial moves of a node, along and across the way to the middle of its neighbours."""
+
 
 class MeshError(ValueError):
     """The mesh asked for cannot be made."""
@@ -76,7 +83,7 @@ class MeshSize:
 
 
 LEVELS: Mapping[str, MeshSize] = {
-    "coarse": MeshSize(0.60, 1.3, 5.0, 0.5),
+    "coarse": MeshSize(0.60, 1.1, 5.0, 0.5),
     "standard": MeshSize(0.36, 0.95, 4.0, 0.33),
     "fine": MeshSize(0.24, 0.6, 3.0, 0.24),
     "thesis": MeshSize(0.165, 0.4, 2.0, 0.16),
@@ -365,7 +372,8 @@ def _meshed(pieces: Mapping[str, Array], curves: Mapping[str, Array], field: Siz
         wished = field(mesh.get_vertices())
         mesh.set_field("metric", wished[:, None])
         mesh.remesh(verbose=-1, nosurf=1, hgrad=-1, hmin=0.3 * wished.min(), hmax=3 * wished.max())
-    return _from_mmg(mesh, tuple(pieces), tuple(curves), len(pairs))
+    parts = _from_mmg(mesh, tuple(pieces), tuple(curves), len(pairs))
+    return replace(parts, points=_relaxed(parts))
 
 
 def _from_mmg(
@@ -387,6 +395,43 @@ def _from_mmg(
         region_names=regions,
         boundaries={name: edges[label == k + 1] for k, name in enumerate(curves)},
     )
+
+
+def _relaxed(parts: _Parts) -> Array:
+    """Move nodes off the curves, one at a time, where that opens the smallest angle around them."""
+    points = parts.points.copy()
+    fixed = np.zeros(len(points), bool)
+    for edges in parts.boundaries.values():
+        fixed[edges.ravel()] = True
+    around: list[list[int]] = [[] for _ in range(len(points))]
+    for element, nodes in enumerate(parts.triangles):
+        for node in nodes:
+            around[node].append(element)
+    for _ in range(RELAXATION_SWEEPS):
+        worst = np.full(len(points), np.inf)
+        smallest = _angles(_edge_lengths(points, parts.triangles)).min(axis=1)
+        np.minimum.at(worst, parts.triangles.ravel(), np.repeat(smallest, 3))
+        poor = np.flatnonzero(~fixed & (worst < POOR_ANGLE_RAD))
+        for node in poor:
+            ring = parts.triangles[around[node]]
+            neighbours = np.unique(ring[ring != node])
+            aim = points[neighbours].mean(axis=0) - points[node]
+            steps = RELAXATION_STEPS @ np.array([aim, [-aim[1], aim[0]]])
+            corners = np.repeat(points[ring][None], len(steps) + 1, axis=0)
+            corners[1:][:, ring == node] += steps[:, None]
+            angle = _smallest_oriented_angle(corners)
+            best = int(np.argmax(angle))
+            points[node] += 0.0 if best == 0 else steps[best - 1]
+    return points
+
+
+def _smallest_oriented_angle(corners: Array) -> Array:
+    """Smallest angle (k,) of k rings of triangles (k, e, 3, 2); negative if one is turned over."""
+    ahead = np.roll(corners, -1, axis=2) - corners
+    back = np.roll(corners, 1, axis=2) - corners
+    cross = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
+    angle: Array = np.arctan2(cross, np.sum(ahead * back, axis=-1)).min(axis=(1, 2))
+    return angle
 
 
 def _counter_clockwise(points: Array, triangles: Indices) -> Indices:

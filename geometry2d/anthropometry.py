@@ -1,0 +1,278 @@
+"""Named soft-tissue measurements of a head and the landmarks they put on a closed face.
+
+Cephalometry measures a face relative to subnasale, where nose and lip meet: projections are
+horizontal distances from the true vertical through it, heights vertical ones. The defaults describe
+one adult man throughout, because the recorded person of the study was a man. All lengths in mm.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry2d.rigid import rotated
+
+Array = NDArray[np.float64]
+
+ARNETT = "Arnett 1999, men (as remembered; the table itself was not seen)"
+CELEBI = "Celebi 2013, men"
+ESTIMATE = "estimate for an adult man"
+
+CROWN_BULGE_MM = 0.4
+"""How far the front face of a crown bulges ahead of the line from its edge to the gum."""
+NASION_DEPTH_MM = 3.0
+"""How far the root of the nose lies behind the glabella."""
+
+
+class HeadError(ValueError):
+    """The measurements do not describe a head."""
+
+
+def _measured(default: float, unit: str, source: str, description: str) -> float:
+    value: float = field(
+        default=default, metadata={"unit": unit, "source": source, "description": description}
+    )
+    return value
+
+
+@dataclass(frozen=True)
+class HeadMeasurements:
+    """Named measurements of a head; the metadata of every field give unit, source and meaning."""
+
+    # Where the face hangs on the jaw's hinge.
+    hinge_forward_mm: float = _measured(
+        11.5, "mm", "10-13 mm, general anatomy", "hinge axis of the jaw, from tragus to eye corner"
+    )
+    hinge_above_deg: float = _measured(
+        10.0, "deg", ESTIMATE, "direction tragus to outer eye corner, above horizontal"
+    )
+    hinge_incisor_mm: float = _measured(
+        90.9,
+        "mm",
+        "Bonwill triangle of side 105 mm, seen from the side: 105·√3/2",
+        "hinge axis to the edge of the lower incisor",
+    )
+    hinge_incisor_below_deg: float = _measured(
+        34.0,
+        "deg",
+        "Balkwill angle 22-26° and an occlusal plane falling forward by 10°",
+        "direction hinge to lower incisor, below horizontal, teeth closed",
+    )
+    ear_nose_mm: float = _measured(
+        104.3, "mm", "the recordings' [scale] head", "ear marker to the marker beside the nose tip"
+    )
+    # Profile, horizontal positions from the true vertical through subnasale.
+    nose_projection_mm: float = _measured(17.4, "mm", ARNETT, "nose tip ahead of subnasale")
+    nose_tip_height_mm: float = _measured(10.5, "mm", ESTIMATE, "nose tip above subnasale")
+    nasolabial_angle_deg: float = _measured(
+        105.7, "deg", CELEBI, "between columella and the line subnasale to upper lip"
+    )
+    nasion_height_mm: float = _measured(
+        56.6, "mm", f"{ARNETT}: 137.7 - 81.1", "nasion above subnasale"
+    )
+    glabella_projection_mm: float = _measured(-8.0, "mm", ARNETT, "glabella ahead of subnasale")
+    upper_lip_length_mm: float = _measured(
+        24.4, "mm", ARNETT, "subnasale to the lower margin of the upper lip"
+    )
+    upper_lip_projection_mm: float = _measured(3.3, "mm", ARNETT, "upper lip ahead of subnasale")
+    upper_lip_thickness_mm: float = _measured(
+        14.8, "mm", ARNETT, "foremost point of the upper lip to its inner side"
+    )
+    upper_vermilion_mm: float = _measured(
+        8.0, "mm", "7-9 mm in Europeans", "height of the upper lip's red part"
+    )
+    a_point_projection_mm: float = _measured(
+        -0.3, "mm", ARNETT, "hollow of the upper lip (A') ahead of subnasale"
+    )
+    interlabial_gap_mm: float = _measured(
+        2.4, "mm", ARNETT, "gap of the relaxed lips, teeth closed"
+    )
+    lower_lip_length_mm: float = _measured(
+        54.3, "mm", ARNETT, "upper margin of the lower lip to menton"
+    )
+    lower_lip_projection_mm: float = _measured(1.0, "mm", ARNETT, "lower lip ahead of subnasale")
+    lower_lip_thickness_mm: float = _measured(
+        15.1, "mm", ARNETT, "foremost point of the lower lip to its inner side"
+    )
+    lower_vermilion_mm: float = _measured(
+        10.0, "mm", "9-11 mm in Europeans", "height of the lower lip's red part"
+    )
+    sulcus_projection_mm: float = _measured(
+        -7.1, "mm", ARNETT, "labiomental fold (B') ahead of subnasale"
+    )
+    sulcus_below_lip_mm: float = _measured(
+        20.7, "mm", "anthropometry table, 2019", "lower lip's margin to the labiomental fold"
+    )
+    mentolabial_angle_deg: float = _measured(
+        120.0, "deg", "most liked 107-118, accepted to 140 (2017)", "between lower lip and chin"
+    )
+    pogonion_projection_mm: float = _measured(
+        -3.5, "mm", ARNETT, "foremost point of the chin ahead of subnasale"
+    )
+    pogonion_above_menton_mm: float = _measured(20.0, "mm", ESTIMATE, "pogonion above menton")
+    menton_behind_pogonion_mm: float = _measured(
+        16.0, "mm", ESTIMATE, "lowest point of the chin behind its foremost"
+    )
+    # Depth of the tissue over bone.
+    a_point_thickness_mm: float = _measured(
+        15.0, "mm", ESTIMATE, "tissue over the upper jaw at the hollow of the upper lip"
+    )
+    sulcus_thickness_mm: float = _measured(
+        11.5, "mm", ESTIMATE, "tissue over the lower jaw at the labiomental fold"
+    )
+    pogonion_thickness_mm: float = _measured(13.5, "mm", ARNETT, "tissue over the chin, in front")
+    menton_thickness_mm: float = _measured(8.8, "mm", ARNETT, "tissue under the chin")
+    nose_thickness_mm: float = _measured(
+        13.0, "mm", "bulk of 10-20 mm in the study", "tissue of the nose over cartilage"
+    )
+    dermis_thickness_mm: float = _measured(
+        1.0, "mm", "about 1 mm in the study; 1.11-1.94 mm in men", "dermis of the skin"
+    )
+    vermilion_thickness_mm: float = _measured(
+        1.0, "mm", "about 1 mm in the study", "dermis of the red part and of the lip's margin"
+    )
+    dermis_wrap_mm: float = _measured(
+        6.0, "mm", ESTIMATE, "how far the dermis goes round the lip's margin to the inside"
+    )
+    # Teeth and jaw.
+    incisor_exposure_mm: float = _measured(
+        3.9, "mm", ARNETT, "edge of the upper incisor below the upper lip"
+    )
+    overbite_mm: float = _measured(3.2, "mm", ARNETT, "upper incisor's edge below the lower one's")
+    upper_crown_mm: float = _measured(10.5, "mm", "Wheeler: 10-11 mm", "upper incisor's crown")
+    upper_crown_depth_mm: float = _measured(7.0, "mm", "Wheeler", "upper incisor, front to back")
+    upper_crown_slope_deg: float = _measured(
+        2.0, "deg", "torque 7° less half the occlusal plane's 10°", "front face, edge forward"
+    )
+    lower_crown_mm: float = _measured(9.0, "mm", "Wheeler", "lower incisor's crown")
+    lower_crown_depth_mm: float = _measured(6.0, "mm", "Wheeler", "lower incisor, front to back")
+    lower_crown_slope_deg: float = _measured(
+        9.0, "deg", "torque -1° and an occlusal plane of 10°", "front face, edge forward"
+    )
+    tooth_clearance_mm: float = _measured(
+        0.3, "mm", "0.2-0.5 mm, moist lips lie close to the teeth", "lips to the front of the teeth"
+    )
+    vestibule_depth_mm: float = _measured(
+        8.0, "mm", ESTIMATE, "how far above the crown the lips are free from the jaw"
+    )
+    tie_fade_mm: float = _measured(
+        4.0, "mm", "so that no element sees the tie end", "arc length over which the tie fades in"
+    )
+    jaw_opening_deg: float = _measured(
+        7.0, "deg", "lips parted as just before contact; 10.9° is pure hinge", "turn of the jaw"
+    )
+
+    def __post_init__(self) -> None:
+        for entry in dataclasses.fields(self):
+            value = getattr(self, entry.name)
+            if not np.isfinite(value):
+                raise HeadError(f"{entry.name} is {value}: give a finite number")
+        for name in _POSITIVE:
+            if getattr(self, name) <= 0:
+                raise HeadError(f"{name} is {getattr(self, name)}: it must be greater than zero")
+        for name, low, high in _RANGES:
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise HeadError(f"{name} is {value}: it must lie between {low} and {high}")
+
+
+_POSITIVE = tuple(
+    entry.name
+    for entry in dataclasses.fields(HeadMeasurements)
+    if entry.name.endswith(("_thickness_mm", "_length_mm", "_vermilion_mm", "_crown_mm"))
+    or entry.name in ("hinge_incisor_mm", "ear_nose_mm", "tooth_clearance_mm", "dermis_wrap_mm")
+)
+_RANGES = (
+    ("jaw_opening_deg", 0.0, 25.0),
+    ("nasolabial_angle_deg", 85.0, 125.0),
+    ("mentolabial_angle_deg", 95.0, 150.0),
+)
+
+
+def shift(x: float, y: float) -> Array:
+    """Return the vector (2,) of a step, mm."""
+    return np.array([x, y])
+
+
+def hinge_from_ear(m: HeadMeasurements) -> Array:
+    """Return the jaw's hinge axis (2,), mm from the ear marker."""
+    return rotated([m.hinge_forward_mm, 0.0], np.deg2rad(m.hinge_above_deg))
+
+
+@dataclass(frozen=True)
+class ClosedFace:
+    """Landmarks relative to subnasale, teeth closed; ``subnasale`` itself relative to the ear."""
+
+    subnasale: Array
+    nasion: Array
+    nose_tip: Array
+    upper_lip: Array
+    upper_border: Array
+    stomion_upper: Array
+    upper_inside: Array
+    upper_incisor: Array
+    stomion_lower: Array
+    lower_lip: Array
+    lower_border: Array
+    lower_inside: Array
+    lower_incisor: Array
+    sulcus: Array
+    pogonion: Array
+    menton: Array
+
+    @classmethod
+    def of(cls, m: HeadMeasurements) -> ClosedFace:
+        """Return the landmarks that the measurements give."""
+        upper_margin = -m.upper_lip_length_mm
+        lower_margin = upper_margin - m.interlabial_gap_mm
+        upper_lip = np.array(
+            [m.upper_lip_projection_mm, upper_margin + 0.62 * m.upper_vermilion_mm]
+        )
+        lower_lip = np.array(
+            [m.lower_lip_projection_mm, lower_margin - 0.46 * m.lower_vermilion_mm]
+        )
+        menton_height = lower_margin - m.lower_lip_length_mm
+        pogonion = np.array([m.pogonion_projection_mm, menton_height + m.pogonion_above_menton_mm])
+        upper_inside = upper_lip - [m.upper_lip_thickness_mm, 0.0]
+        lower_inside = lower_lip - [m.lower_lip_thickness_mm, 0.0]
+        upper_edge = upper_margin - m.incisor_exposure_mm
+        upper_incisor = _incisor_edge(
+            upper_inside, upper_edge, m.upper_crown_slope_deg, m.tooth_clearance_mm
+        )
+        lower_incisor = _incisor_edge(
+            lower_inside, upper_edge + m.overbite_mm, m.lower_crown_slope_deg, m.tooth_clearance_mm
+        )
+        reach = rotated([m.hinge_incisor_mm, 0.0], -np.deg2rad(m.hinge_incisor_below_deg))
+        return cls(
+            subnasale=hinge_from_ear(m) + reach - lower_incisor,
+            nasion=np.array([m.glabella_projection_mm - NASION_DEPTH_MM, m.nasion_height_mm]),
+            nose_tip=np.array([m.nose_projection_mm, m.nose_tip_height_mm]),
+            upper_lip=upper_lip,
+            upper_border=np.array(
+                [m.upper_lip_projection_mm - 1.0, upper_margin + m.upper_vermilion_mm]
+            ),
+            stomion_upper=np.array([upper_lip[0] - 0.38 * m.upper_lip_thickness_mm, upper_margin]),
+            upper_inside=upper_inside,
+            upper_incisor=upper_incisor,
+            stomion_lower=np.array([lower_lip[0] - 0.40 * m.lower_lip_thickness_mm, lower_margin]),
+            lower_lip=lower_lip,
+            lower_border=np.array(
+                [m.lower_lip_projection_mm - 1.9, lower_margin - m.lower_vermilion_mm]
+            ),
+            lower_inside=lower_inside,
+            lower_incisor=lower_incisor,
+            sulcus=np.array([m.sulcus_projection_mm, lower_margin - m.sulcus_below_lip_mm]),
+            pogonion=pogonion,
+            menton=np.array([pogonion[0] - m.menton_behind_pogonion_mm, menton_height]),
+        )
+
+
+def _incisor_edge(inside: Array, edge_height: float, slope_deg: float, clearance: float) -> Array:
+    """Edge of an incisor whose front face passes ``clearance`` behind the lip's inner point."""
+    away = abs(edge_height - inside[1])
+    return np.array(
+        [inside[0] - clearance - CROWN_BULGE_MM + away * np.tan(np.deg2rad(slope_deg)), edge_height]
+    )
