@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -85,8 +85,8 @@ class _Stage:
     def __init__(self, story: Story) -> None:
         self._story = story
         figure = Figure(figsize=(WIDTH / DPI, HEIGHT / DPI), dpi=DPI, facecolor=PAPER)
-        self._figure = figure
-        self._canvas: Any = FigureCanvasAgg(figure)  # its methods have no annotations
+        # matplotlib's canvas has no annotations.
+        self._figure, self._canvas = figure, cast(Any, FigureCanvasAgg(figure))
         beside = story.recording is not None
         gap, top, height = 16, 52, 462
         width = (WIDTH - 3 * gap) // 2 if beside else WIDTH - 2 * gap
@@ -173,7 +173,7 @@ def _write_sheet(story: Story, out: Path, progress: Progress) -> None:
     strip_top = model_top + model_high + 52
     height = strip_top + strip_high + 56
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=PAPER)
-    canvas: Any = FigureCanvasAgg(figure)  # its methods have no annotations
+    canvas = cast(Any, FigureCanvasAgg(figure))
     _heading(figure, story, gap)
     times = telling_times(story.solution, SHEET_FRAMES)
     for column, (time, picture) in enumerate(zip(times, story.pictures(times), strict=True)):

@@ -164,8 +164,9 @@ def colour_bars(
     for (colours, title, highest), place in zip(bars, places, strict=True):
         axes = axes_at(figure, place)
         bar = figure.colorbar(colours, cax=axes, orientation="horizontal")
+        lowest = colours.get_clim()[0] or 0.0
         bar.set_ticks(
-            [0.0, highest / 2, highest] if colours.norm.vmin == 0 else [highest / 2, highest]
+            [lowest, highest / 2, highest], labels=["0", f"{highest / 2:g}", f"{highest:g}"]
         )
         bar.outline.set_visible(False)
         axes.tick_params(labelsize=size, colors=INK, length=3, pad=2)

@@ -21,7 +21,7 @@ from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidPlacement
-from scenarios.solution import ELEMENT_FIELDS, Frame, Integers, Model, Solution, SolutionError
+from scenarios.solution import ELEMENT_FIELDS, Frame, Integers, Model, Solution
 
 Array = NDArray[np.float64]
 
@@ -75,25 +75,24 @@ assert SHOWN.keys() == {quantity.name for quantity in ELEMENT_FIELDS}
 def boundary_loops(triangles: Integers) -> list[Integers]:
     """Return the closed node loops around quadratic triangles (e, 6), middles included.
 
-    A loop starts at its smallest corner and runs with the triangles' orientation.
+    Triangles may be numbered either way round. Where a region touches itself in a single node,
+    loops are closed there in any order.
     """
     sides = triangles[:, [[0, 3, 1], [1, 4, 2], [2, 5, 0]]].reshape(-1, 3)
-    inner = {(int(first), int(last)) for first, _, last in sides}
-    following = {
-        int(first): (int(middle), int(last))
-        for first, middle, last in sides
-        if (int(last), int(first)) not in inner
-    }
+    _, at, times = np.unique(sides[:, 1], return_index=True, return_counts=True)
+    sides_of: dict[int, list[tuple[int, int]]] = {}
+    for first, middle, last in sides[np.sort(at[times == 1])].tolist():
+        sides_of.setdefault(first, []).append((middle, last))
+        sides_of.setdefault(last, []).append((middle, first))
     loops = []
-    while following:
-        start = corner = min(following)
+    while any(sides_of.values()):
+        corner = next(node for node, ways in sides_of.items() if ways)
         loop = []
-        while corner in following:
-            middle, last = following.pop(corner)
+        while sides_of[corner]:
+            middle, following = sides_of[corner].pop()
+            sides_of[following].remove((middle, corner))
             loop += [corner, middle]
-            corner = last
-        if corner != start:
-            raise SolutionError(f"the triangles around node {corner} do not form a closed region")
+            corner = following
         loops.append(np.array(loop))
     return loops
 
@@ -157,16 +156,15 @@ class Scene:
         self.artists: list[Artist] = []
 
         outlines = model.outlines
-        for name in ("package", "silhouette"):
-            if name in outlines:
-                self._add(axes, _area([outlines[name]], PACKAGE, "none"), in_neck, 0)
+        if "package" in outlines:
+            self._add(axes, _area([outlines["package"]], PACKAGE, "none"), in_neck, 0)
         for line in _outside(outlines.get("profile"), model):
             (drawn,) = axes.plot(*line.T, color=QUIET, lw=1.4, zorder=1, solid_capstyle="round")
             drawn.set_transform(in_head)
             self.artists.append(drawn)
-        hard = [name for name in outlines if name.startswith("bone")]
-        for name in hard:
-            self._add(axes, _area([outlines[name]], BONE, HARD_EDGE), in_head, 1)
+        for name in ("upper_jaw", "lower_jaw"):
+            if name in outlines:
+                self._add(axes, _area([outlines[name]], BONE, HARD_EDGE), in_head, 1)
         for name in ("upper_tooth", "lower_tooth"):
             if name in outlines:
                 self._add(axes, _area([outlines[name]], TOOTH, HARD_EDGE), in_head, 2)
@@ -271,7 +269,7 @@ def _loops_by_region(model: Model, names: NDArray[np.str_], ending: str) -> list
 
 
 def _outside(profile: Array | None, model: Model, distance_mm: float = 1.0) -> list[Array]:
-    """Return the stretches of the face's profile that are not the skin of a lip."""
+    """Return the face's profile above and below the lips' skin, not the way across the mouth."""
     if profile is None:
         return []
     skin = np.vstack([model.nodes[edges].reshape(-1, 2) for edges in model.skin.values()])
@@ -279,7 +277,8 @@ def _outside(profile: Array | None, model: Model, distance_mm: float = 1.0) -> l
     away = np.array([np.hypot(*(skin - point).T).min() > distance_mm for point in fine])
     changes = np.flatnonzero(np.diff(away.astype(int))) + 1
     bounds = [0, *changes, len(fine)]
-    return [fine[a:b] for a, b in pairwise(bounds) if away[a] and b - a > 1]
+    ends = [(a, b) for a, b in pairwise(bounds) if away[a] and (a == 0 or b == len(fine))]
+    return [fine[a:b] for a, b in ends]
 
 
 def _refined(line: Array, spacing_mm: float) -> Array:

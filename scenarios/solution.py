@@ -92,8 +92,9 @@ class Model:
         by lip, (m, 3) nodes (first, last, middle) of the edges of the outer skin, in order; the
         arc length of contact fields starts at the first of them.
     outlines
-        polylines (k, 2), mm: ``upper_wall`` and ``lower_wall`` in the neck frame, ``upper_tooth``,
-        ``lower_tooth``, ``bone`` and ``profile`` in the head frame.
+        polylines (k, 2), mm. In the neck frame ``upper_wall``, ``lower_wall`` and ``package``, what
+        one sees of it from the side; in the head frame ``upper_tooth``, ``lower_tooth``,
+        ``upper_jaw``, ``lower_jaw`` and ``profile`` of the face. Any may be absent.
     """
 
     nodes: Array

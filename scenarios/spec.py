@@ -12,9 +12,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal
 
-from geometry2d.head import HeadMeasurements
+from geometry2d.anthropometry import HeadMeasurements
 from geometry2d.neck import NECKS, NeckMeasurements
 from scenarios.settings import (
     SettingError,
@@ -100,26 +99,26 @@ class Contact:
 class Placement:
     """Where the recorded neck is put in the head section, beyond what the recording says."""
 
-    shift_x_mm: float | Literal["auto"] = setting(
+    shift_x_mm: float = setting(
         default=0.0,
         unit="mm",
         minimum=-30.0,
         maximum=30.0,
-        description='package forward in the head frame; "auto" finds it',
+        description='package forward in the head frame',
     )
-    shift_y_mm: float | Literal["auto"] = setting(
+    shift_y_mm: float = setting(
         default=0.0,
         unit="mm",
         minimum=-30.0,
         maximum=30.0,
-        description='package upward in the head frame; "auto" finds it',
+        description='package upward in the head frame',
     )
-    turn_deg: float | Literal["auto"] = setting(
+    turn_deg: float = setting(
         default=0.0,
         unit="deg",
         minimum=-45.0,
         maximum=45.0,
-        description='package turned counter-clockwise about the lower mark; "auto" finds it',
+        description='package turned counter-clockwise about the lower mark',
     )
 
 

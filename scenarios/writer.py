@@ -36,6 +36,8 @@ from scenarios.solution import (
 
 Arrays = dict[str, NDArray[Any]]
 
+IN_NECK_FRAME = ("upper_wall", "lower_wall", "package")
+
 
 class SolutionWriter:
     """Writes a run directory, increment by increment, so that a killed run loses nothing.
@@ -287,7 +289,7 @@ def _store_model(store: h5py.File, model: Model) -> None:
     for name, line in model.outlines.items():
         store[f"outlines/{name}"] = line
         store[f"outlines/{name}"].attrs["unit"] = "mm"
-        store[f"outlines/{name}"].attrs["frame"] = "neck" if name.endswith("_wall") else "head"
+        store[f"outlines/{name}"].attrs["frame"] = "neck" if name in IN_NECK_FRAME else "head"
 
 
 def _store_increment(store: h5py.File, increment: Increment, index: int, count: int) -> None:
