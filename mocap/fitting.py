@@ -29,9 +29,7 @@ def compiled(function: Function) -> Function:
 
 
 @compiled
-def disc_and_gradient(
-    p: Array, x: float, y: float, ring: bool, gradient: Array
-) -> float:
+def disc_and_gradient(p: Array, x: float, y: float, ring: bool, gradient: Array) -> float:
     """Return the model's grey level at (x, y) and write its derivatives (11,) to ``gradient``."""
     u = x - p[0]
     v = y - p[1]

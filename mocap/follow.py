@@ -128,4 +128,3 @@ def _without(tracks: Tracks, distrusted: frozenset[int], given: Tracks | None) -
         position_px=position,
         sigma_px=np.where(drop, np.nan, tracks.sigma_px),
     )
-

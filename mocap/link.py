@@ -8,6 +8,7 @@ not found is searched for around the place where its body, or it alone, should b
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap.detect import Detection, detect, refit
+from mocap.refind import Lost, Shape, found_again, overlap
 from mocap.tracks import Tracks
 
 Image: TypeAlias = NDArray[np.uint8]
@@ -33,6 +35,11 @@ LEAST_GATE_PX = 4.0
 # A marker that comes back looks like itself: range of ratios to its usual size and contrast.
 SIZE_RANGE = (0.7, 1.4)
 CONTRAST_RANGE = (0.5, 1.7)
+# ... and, when it was out of sight, more strictly.
+RETURN_SIZE = (0.82, 1.22)
+RETURN_CONTRAST = (0.65, 1.45)
+# Out of sight a marker is expected to come to rest within this time (s): hands turn back.
+REST_S = 0.25
 # Share of the usual look that the newest detection replaces.
 LOOK_MEMORY = 0.05
 # The search around a lost marker grows no further than this share of the picture's width.
@@ -100,14 +107,20 @@ class Follower:
     motion: Motion
     look: Detection
     missing: int = 0
+    seen_s: float = 0.0
 
-    def resembles(self, found: Detection) -> bool:
-        """Whether a detection looks like this marker does."""
+    def resembles(
+        self,
+        found: Detection,
+        sizes: tuple[float, float] = SIZE_RANGE,
+        contrasts: tuple[float, float] = CONTRAST_RANGE,
+    ) -> bool:
+        """Whether a detection looks like this marker does, within ranges of ratios."""
         size, contrast = found.radius / self.look.radius, found.contrast / self.look.contrast
         return (
             found.ring == self.look.ring
-            and SIZE_RANGE[0] < size < SIZE_RANGE[1]
-            and CONTRAST_RANGE[0] < contrast < CONTRAST_RANGE[1]
+            and sizes[0] < size < sizes[1]
+            and contrasts[0] < contrast < contrasts[1]
             and found.misfit < 0.05 + 2.0 * self.look.misfit
         )
 
@@ -115,8 +128,17 @@ class Follower:
         """Return how far (px) from the prediction the marker may be."""
         return min(max(GATE * self.motion.spread_px, LEAST_GATE_PX), limit)
 
-    def take(self, found: Detection) -> None:
+    def pass_time(self, interval_s: float, acceleration: float) -> None:
+        """Predict the motion; out of sight it slows down."""
+        if self.missing:
+            state = self.motion.state.copy()
+            state[2:] *= math.exp(-interval_s / REST_S)
+            self.motion = Motion(state, self.motion.covariance)
+        self.motion = self.motion.after(interval_s, acceleration)
+
+    def take(self, found: Detection, time_s: float) -> None:
         """Accept a detection as this marker."""
+        self.seen_s = time_s
         self.motion = self.motion.corrected(found.x, found.y, found.covariance)
         m = LOOK_MEMORY
         self.look = replace(
@@ -152,6 +174,7 @@ class Tracker:
     polarity: str
     fit_near: Callable[[Image, tuple[float, float], Detection | None], Detection | None]
     _followers: dict[str, Follower] = field(default_factory=dict)
+    _vectors: dict[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
     _rows: dict[str, list[tuple[float, float, float, str]]] = field(default_factory=dict)
     _frames: list[int] = field(default_factory=list)
     _times: list[float] = field(default_factory=list)
@@ -175,24 +198,33 @@ class Tracker:
         """Follow all markers into the next frame; guided ones are where the guide says."""
         if self._times:
             for follower in self._followers.values():
-                follower.motion = follower.motion.after(
-                    time_s - self._times[-1], ACCELERATION * self.picture[0]
-                )
+                follower.pass_time(time_s - self._times[-1], ACCELERATION * self.picture[0])
         self._frames.append(index)
         self._times.append(time_s)
         found = self._found(image, guides) if len(guides) < len(self._followers) else {}
+        self._remember_shape(found)
         for name, follower in self._followers.items():
             guide, detection = guides.get(name), found.get(name)
             if guide is not None and guide.position_px is not None:
                 self._guided(follower, guide, image)
+                follower.seen_s = time_s
                 row = (*guide.position_px, guide.sigma_px, guide.status)
             elif detection is not None:
-                follower.take(detection)
+                follower.take(detection, time_s)
                 row = (detection.x, detection.y, detection.sigma_px, "seen")
             else:
                 follower.missing += 1
                 row = (math.nan, math.nan, math.nan, "lost")
             self._rows[name].append(row)
+
+    def _remember_shape(self, found: Mapping[str, Detection]) -> None:
+        """Keep the vectors between markers of one body that are seen together."""
+        for one, other in itertools.combinations(found, 2):
+            body = self._followers[one].body
+            if body is not None and body == self._followers[other].body:
+                vector = found[other].x - found[one].x, found[other].y - found[one].y
+                self._vectors[one, other] = vector
+                self._vectors[other, one] = (-vector[0], -vector[1])
 
     def _guided(self, follower: Follower, guide: Guide, image: Image) -> None:
         """Put a marker where a person says it is, and see what it looks like there."""
@@ -256,22 +288,19 @@ class Tracker:
         self, image: Image, missing: list[Follower], found: Mapping[str, Detection]
     ) -> dict[str, Detection]:
         """Return lost markers found again by looking at everything within their reach."""
-        pairs: list[tuple[float, str, Detection]] = []
+        lost = []
         for follower in missing:
             expected = self._expected(follower, found)
             gate = follower.gate_px(self._limit)
-            for candidate in self._candidates(image, expected, gate, follower):
-                away = math.hypot(candidate.x - expected[0], candidate.y - expected[1])
-                taken = any(_overlap(candidate, other) for other in found.values())
-                if away <= gate and not taken and follower.resembles(candidate):
-                    pairs.append((away / gate, follower.name, candidate))
-        pairs = self._consistent(pairs, found)
-        chosen: dict[str, Detection] = {}
-        for _, name, candidate in sorted(pairs, key=lambda pair: pair[0]):
-            if name in chosen or any(_overlap(candidate, other) for other in chosen.values()):
-                continue
-            chosen[name] = candidate
-        return chosen
+            spots = [
+                spot
+                for spot in self._candidates(image, expected, gate, follower)
+                if follower.resembles(spot, RETURN_SIZE, RETURN_CONTRAST)
+            ]
+            gap_s = self._times[-1] - follower.seen_s
+            lost.append(Lost(follower.name, follower.body, expected, gate, gap_s, tuple(spots)))
+        bodies = {name: follower.body for name, follower in self._followers.items()}
+        return found_again(lost, found, bodies, Shape(self._vectors))
 
     def _candidates(
         self, image: Image, at: tuple[float, float], gate: float, follower: Follower
@@ -287,9 +316,7 @@ class Tracker:
             polarity = "ring"
         return detect(image[top:bottom, left:right], polarity=polarity, offset=(left, top))
 
-    def _expected(
-        self, follower: Follower, found: Mapping[str, Detection]
-    ) -> tuple[float, float]:
+    def _expected(self, follower: Follower, found: Mapping[str, Detection]) -> tuple[float, float]:
         """Return where a marker should be: carried along by those of its body that are seen."""
         mates = [
             (self._followers[name], detection)
@@ -304,33 +331,6 @@ class Tracker:
         )
         return x + float(shift[0]), y + float(shift[1])
 
-    def _consistent(
-        self, pairs: list[tuple[float, str, Detection]], found: Mapping[str, Detection]
-    ) -> list[tuple[float, str, Detection]]:
-        """Return the candidates whose distance to seen markers of their body is what it was."""
-        kept = []
-        for rank, name, candidate in pairs:
-            follower = self._followers[name]
-            fits = True
-            for other, detection in found.items():
-                mate = self._followers[other]
-                usual = self._usual_distance(name, other)
-                if mate.body != follower.body or follower.body is None or usual is None:
-                    continue
-                distance = math.hypot(candidate.x - detection.x, candidate.y - detection.y)
-                fits &= abs(distance - usual) < 0.15 * usual + 2
-            if fits:
-                kept.append((rank, name, candidate))
-        return kept
-
-    def _usual_distance(self, one: str, other: str) -> float | None:
-        """Return the distance (px) two markers had when both were last seen."""
-        first, second = self._rows[one], self._rows[other]
-        for a, b in zip(reversed(first), reversed(second), strict=False):
-            if math.isfinite(a[0]) and math.isfinite(b[0]):
-                return math.hypot(a[0] - b[0], a[1] - b[1])
-        return None
-
 
 def _each_once(
     found: Mapping[str, Detection], followers: Mapping[str, Follower]
@@ -343,10 +343,6 @@ def _each_once(
 
     kept: dict[str, Detection] = {}
     for name in sorted(found, key=surprise):
-        if not any(_overlap(found[name], other) for other in kept.values()):
+        if not any(overlap(found[name], other) for other in kept.values()):
             kept[name] = found[name]
     return kept
-
-
-def _overlap(one: Detection, other: Detection) -> bool:
-    return math.hypot(one.x - other.x, one.y - other.y) < 0.7 * (one.radius + other.radius)

@@ -156,9 +156,7 @@ def usable_rows(tracks: Tracks, markers: MarkerFile) -> slice:
     return slice(int(first), int(last))
 
 
-def body_poses(
-    body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm: Array
-) -> Poses:
+def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm: Array) -> Poses:
     """Return the pose of a body in every frame.
 
     Parameters
@@ -199,14 +197,14 @@ def body_poses(
         angle_rad=angle - angle[0],
         covariance=covariance,
         residual_mm=np.sqrt(np.mean(np.abs(measured - rigid) ** 2, axis=1)),
-        expected_residual_mm=float(
-            np.sqrt(np.median(sigma_mm) ** 2 * count / max(len(names), 1))
-        ),
+        expected_residual_mm=float(np.sqrt(np.median(sigma_mm) ** 2 * count / max(len(names), 1))),
         turns=len(names) > 1,
     )
 
 
-def _pose_covariance(total: Array, inertia: Array, arm: NDArray[np.complex128], *, turns: bool) -> Array:
+def _pose_covariance(
+    total: Array, inertia: Array, arm: NDArray[np.complex128], *, turns: bool
+) -> Array:
     """Return the covariance (n, 3, 3) of (x, y, angle) of the first marker at ``arm`` from the mean."""
     covariance = np.zeros((total.size, 3, 3))
     covariance[:, 0, 0] = covariance[:, 1, 1] = 1 / total
@@ -255,9 +253,7 @@ def capture(
     head_angle, package_angle = head_angle - head_angle[0], package_angle - package_angle[0]
     origin = head_at[0]
     relative = rotated(package_at - head_at, -head_angle)
-    sigma = _relative_sigma(
-        package_at - head_at, head_angle, head_covariance, package_covariance
-    )
+    sigma = _relative_sigma(package_at - head_at, head_angle, head_covariance, package_covariance)
     sigma[:, :2] = np.hypot(
         sigma[:, :2],
         _scale_error(package_at, head_at, scales[markers.moving], scales[markers.reference]),
@@ -329,11 +325,8 @@ def _relative_sigma(
     return np.sqrt(np.einsum("nii->ni", covariance))
 
 
-def _scale_error(
-    package_at: Array, head_at: Array, package: BodyScale, head: BodyScale
-) -> Array:
+def _scale_error(package_at: Array, head_at: Array, package: BodyScale, head: BodyScale) -> Array:
     """Return the error (n, 2), mm, that the scales' own errors bring into p − e."""
     if package.source == head.source:
         return np.abs(package_at - head_at) * package.relative_sigma
     return np.hypot(package_at * package.relative_sigma, head_at * head.relative_sigma)
-

@@ -135,9 +135,7 @@ def _draw_bodies(canvas: Image, tracks: Tracks, row: int, markers: MarkerFile, s
             known = first[np.isfinite(first).all(axis=(1, 2))][0]
             angle = _direction(points[:2]) - _direction(known)
         for turn, length in ((0.0, 46.0), (-0.5 * np.pi, 46.0)):
-            tip = points[0] + size * length * np.array(
-                [np.cos(angle + turn), np.sin(angle + turn)]
-            )
+            tip = points[0] + size * length * np.array([np.cos(angle + turn), np.sin(angle + turn)])
             _arrow(canvas, points[0], tip, colour, size)
 
 
@@ -236,7 +234,9 @@ class _Writer:
         self._even = (height // 2 * 2, width // 2 * 2)
         self._base = Fraction(1, 90000)
         self._container = av.open(str(path), "w", options={"movflags": "faststart"})
-        stream: Any = self._container.add_stream("libx264", rate=Fraction(rate).limit_denominator(1001))
+        stream: Any = self._container.add_stream(
+            "libx264", rate=Fraction(rate).limit_denominator(1001)
+        )
         stream.width, stream.height = self._even[1], self._even[0]
         stream.pix_fmt = "yuv420p"
         stream.codec_context.time_base = self._base

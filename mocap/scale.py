@@ -144,9 +144,7 @@ def rectified(points_px: Array, plane: PlanePoints) -> Array:
     return mapped
 
 
-def body_scales(
-    tracks: Tracks, markers: MarkerFile, flat: Array
-) -> dict[str, BodyScale]:
+def body_scales(tracks: Tracks, markers: MarkerFile, flat: Array) -> dict[str, BodyScale]:
     """Return the scale of every body from the marks whose distance is known.
 
     Parameters
@@ -245,7 +243,10 @@ def _slow_trend(
 
 
 def positions_mm(
-    flat: Array, names: tuple[str, ...], markers: MarkerFile, scales: Mapping[str, BodyScale],
+    flat: Array,
+    names: tuple[str, ...],
+    markers: MarkerFile,
+    scales: Mapping[str, BodyScale],
     centre: Array,
 ) -> Array:
     """Return marker positions (n, m, 2) in mm from the camera's axis, y up, each at its body's depth."""

@@ -150,9 +150,7 @@ def _score(signal: Array, weight: Array, penalty: Array, stiffness: float) -> fl
     return signal.size * float(np.sum(weight * (signal - curve) ** 2)) / max(left, 1e-6) ** 2
 
 
-def _fit(
-    signal: Array, weight: Array, penalty: Array, stiffness: float
-) -> tuple[Array, Array]:
+def _fit(signal: Array, weight: Array, penalty: Array, stiffness: float) -> tuple[Array, Array]:
     """Return the curve (n,) and the band (4, n) of (W + λP)⁻¹, diagonal first."""
     band = stiffness * penalty
     band[0] += weight

@@ -125,9 +125,7 @@ def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
     displaced = from_axis * (1 / package.px_per_mm - 1 / head.px_per_mm)[:, None]
     known = np.isfinite(displaced[:, 0])
     start = displaced[known][0]
-    report["error_without_mm"] = float(
-        np.sqrt(np.mean(np.sum(displaced[known] ** 2, axis=1)))
-    )
+    report["error_without_mm"] = float(np.sqrt(np.mean(np.sum(displaced[known] ** 2, axis=1))))
     report["error_of_motion_without_mm"] = float(
         np.sqrt(np.mean(np.sum((displaced[known] - start) ** 2, axis=1)))
     )

@@ -11,8 +11,12 @@ from numpy.typing import NDArray
 STRIDE = 8
 # A repeated frame changes this much less than its neighbours do.
 REPEAT_RATIO = 0.1
-# Share of the change across a frame that a mixture of its neighbours leaves unexplained, at most.
-BLEND_RATIO = 0.06
+# Share of the change across a frame that a mixture of its neighbours leaves unexplained: at most
+# this in a blended frame, at least that in the frames around it (else the motion is too slow for
+# the middle picture of three to differ from a mixture), and the former clearly below the latter.
+BLEND_RATIO = 0.1
+MOVING_RATIO = 0.25
+BLEND_CONTRAST = 0.3
 # Intervals may differ by this share before the rate is called variable.
 RATE_TOLERANCE = 0.02
 # Mean change of brightness below which nothing moves and no judgement is possible.
@@ -120,9 +124,13 @@ class TimingMonitor:
         return found
 
     def _blended(self) -> list[int]:
-        return [
-            self._indices[k + 1] for k, left in enumerate(self._mixtures) if left < BLEND_RATIO
-        ]
+        left = self._mixtures
+        found = []
+        for k in range(1, len(left) - 1):
+            around = min(left[k - 1], left[k + 1])
+            if MOVING_RATIO < around and left[k] < min(BLEND_RATIO, BLEND_CONTRAST * around):
+                found.append(self._indices[k + 1])
+        return found
 
 
 def _unexplained_by_mixture(
