@@ -23,6 +23,9 @@ ESTIMATE = "estimate for an adult man"
 
 CROWN_BULGE_MM = 0.4
 """How far the front face of a crown bulges ahead of the line from its edge to the gum."""
+INSIDE_RISE_MM = 4.5
+INSIDE_LEAN_MM = 0.7
+"""How far above (below) its thickest height a lip leaves the teeth, and how far it leans out."""
 NASION_DEPTH_MM = 3.0
 """How far the root of the nose lies behind the glabella."""
 
@@ -271,8 +274,7 @@ class ClosedFace:
 
 
 def _incisor_edge(inside: Array, edge_height: float, slope_deg: float, clearance: float) -> Array:
-    """Edge of an incisor whose front face passes ``clearance`` behind the lip's inner point."""
+    """Edge of an incisor whose front face lies ``clearance`` behind the inside of the lip."""
     away = abs(edge_height - inside[1])
-    return np.array(
-        [inside[0] - clearance - CROWN_BULGE_MM + away * np.tan(np.deg2rad(slope_deg)), edge_height]
-    )
+    front = inside[0] - clearance - INSIDE_LEAN_MM - CROWN_BULGE_MM
+    return np.array([front + away * np.tan(np.deg2rad(slope_deg)), edge_height])

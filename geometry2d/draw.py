@@ -42,6 +42,7 @@ class Palette:
     neck_edge: str = "#3f586e"
     package: str = "#e3ebf1"
     package_edge: str = "#9db0c0"
+    mouth: str = "#c9958a"
     mesh: str = "#5a4a44"
 
 
@@ -74,7 +75,9 @@ def draw_head(
     if face:
         silhouette = np.concatenate([head.profile, cranium(head.profile)])
         axes.fill(*silhouette.T, facecolor=palette.face, edgecolor="none", zorder=1)
-        axes.plot(*head.profile.T, color=palette.profile, linewidth=1.0, zorder=6)
+        axes.fill(*head.mouth.T, facecolor=palette.mouth, edgecolor="none", zorder=1.5)
+        for part in _above_and_below_mouth(head):
+            axes.plot(*part.T, color=palette.profile, linewidth=1.0, zorder=6)
     for jaw in (head.upper_jaw, head.lower_jaw):
         axes.fill(
             *jaw.T, facecolor=palette.bone, edgecolor=palette.bone_edge, linewidth=0.7, zorder=2
@@ -185,23 +188,26 @@ def draw_mesh(
     palette
         Colours.
     """
+    from matplotlib.collections import PolyCollection
+
     points = mesh.p.T if displacement is None else mesh.p.T + np.asarray(displacement, float)
     named: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"bulk": np.arange(mesh.t.shape[1])}
     for name, elements in named.items():
         colour = palette.dermis if name.endswith("dermis") else palette.bulk
-        axes.tripcolor(
-            points[:, 0],
-            points[:, 1],
-            mesh.t.T[elements],
-            facecolors=np.zeros(len(elements)),
-            cmap=_single_colour(colour),
-            edgecolors=palette.mesh if lines else "face",
-            linewidth=0.15,
-            zorder=4,
+        axes.add_collection(
+            PolyCollection(
+                points[mesh.t.T[elements]],
+                facecolors=colour,
+                edgecolors=palette.mesh if lines else colour,
+                linewidths=0.2,
+                zorder=4,
+            )
         )
+    axes.autoscale_view()
 
 
-def _single_colour(colour: str) -> object:
-    from matplotlib.colors import ListedColormap
-
-    return ListedColormap([colour])
+def _above_and_below_mouth(head: HeadSection) -> list[Array]:
+    """Split the profile at the gap between the lips, its longest step."""
+    step = np.diff(head.profile, axis=0)
+    gap = int(np.argmax(np.hypot(step[:, 0], step[:, 1]))) + 1
+    return [head.profile[:gap], head.profile[gap:]]

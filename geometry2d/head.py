@@ -24,7 +24,7 @@ from geometry2d.anthropometry import (
     hinge_from_ear,
     shift,
 )
-from geometry2d.likeness import face_profile, lower_jaw, upper_jaw
+from geometry2d.likeness import face_profile, lower_jaw, mouth, upper_jaw
 from geometry2d.lips import lower_lip, upper_lip
 from geometry2d.outline import Outline
 from geometry2d.regions import Section
@@ -48,6 +48,8 @@ class HeadSection:
         Incisor and the jaw in front of which the lip is free, as rigid outlines.
     upper_jaw, lower_jaw
         (n, 2) polygons of the bones, for drawing.
+    mouth
+        (n, 2) polygon of the mouth's cavity, for drawing.
     profile
         (n, 2) silhouette from the forehead through the lips to the neck, for drawing.
     landmarks
@@ -62,6 +64,7 @@ class HeadSection:
     lower_tooth: Outline
     upper_jaw: Array
     lower_jaw: Array
+    mouth: Array
     profile: Array
     landmarks: Mapping[str, Array]
     tie_fade_mm: float
@@ -108,6 +111,7 @@ def head_section(measurements: HeadMeasurements | None = None) -> HeadSection:
         lower_tooth=lower.tooth.moved(jaw_turn, rotated(face.subnasale - hinge, jaw_turn) + hinge),
         upper_jaw=in_head(upper_jaw(upper)),
         lower_jaw=with_jaw(lower_jaw(lower)),
+        mouth=mouth(upper, lower, in_head, with_jaw),
         profile=face_profile(m, face, upper, lower, in_head, with_jaw),
         landmarks=landmarks,
         tie_fade_mm=m.tie_fade_mm,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.anthropometry import ClosedFace, HeadMeasurements, shift
-from geometry2d.curves import arc_lengths, heading_deg, stretch, through_landmarks
+from geometry2d.curves import arc_lengths, at_arc_lengths, heading_deg, stretch, through_landmarks
 from geometry2d.lips import Lip, Placing
 
 Array = NDArray[np.float64]
@@ -83,10 +83,7 @@ def upper_jaw(lip: Lip) -> Array:
     """Return the polygon (n, 2) of upper jaw, palate and nasal septum behind a lip."""
     front = stretch(lip.chain, 0.0, lip.fornix)
     top, gum = front[0], front[-1]
-    palate = through_landmarks(
-        [gum, gum + shift(-9.0, -3.5), gum + shift(-17.0, 5.0), gum + shift(-46.0, 8.0)],
-        [255.0, 150.0, 130.0, 180.0],
-    )
+    palate = _palate(lip)
     floor = np.array(
         [palate[-1] + shift(0.0, 6.0), gum + shift(-7.0, 13.0), top + shift(-9.0, 4.0)]
     )
@@ -96,9 +93,37 @@ def upper_jaw(lip: Lip) -> Array:
 def lower_jaw(lip: Lip) -> Array:
     """Return the polygon (n, 2) of the lower jaw behind a lip."""
     front = stretch(lip.chain, lip.fornix, float(arc_lengths(lip.chain)[-1]))
-    gum, end = front[0], front[-1]
-    inside = through_landmarks(
+    return np.concatenate([front, _inside_of_jaw(lip)[1:-1]])
+
+
+def mouth(upper: Lip, lower: Lip, in_head: Placing, with_jaw: Placing) -> Array:
+    """Return the polygon (n, 2) of the mouth's cavity between lips, palate and lower jaw."""
+    roof = np.concatenate([stretch(upper.chain, upper.fornix, upper.margin)[::-1], _palate(upper)])
+    inside = _inside_of_jaw(lower)
+    bottom = np.concatenate(
+        [inside[len(inside) // 3 :], stretch(lower.chain, lower.margin, lower.fornix)[::-1]]
+    )
+    above, below = in_head(roof), with_jaw(bottom)
+    back = through_landmarks(
+        [above[-1], 0.5 * (above[-1] + below[0]) + shift(-14.0, -4.0), below[0]],
+        [200.0, 268.0, -15.0],
+    )
+    return np.concatenate([above[:-1], back, below[1:]])
+
+
+def _palate(lip: Lip) -> Array:
+    gum = at_arc_lengths(lip.chain, lip.fornix)
+    return through_landmarks(
+        [gum, gum + shift(-9.0, -3.5), gum + shift(-17.0, 5.0), gum + shift(-46.0, 8.0)],
+        [255.0, 150.0, 130.0, 180.0],
+    )
+
+
+def _inside_of_jaw(lip: Lip) -> Array:
+    """Inner side of the lower jaw, from its lower border up to the gum."""
+    end = lip.chain[-1]
+    gum = at_arc_lengths(lip.chain, lip.fornix)
+    return through_landmarks(
         [end, end + shift(2.0, 4.0), gum + shift(-12.0, -18.0), gum + shift(-9.0, 3.0), gum],
         [150.0, 20.0, 72.0, 75.0, -60.0],
     )
-    return np.concatenate([front, inside[1:-1]])

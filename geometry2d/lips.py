@@ -13,7 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from geometry2d.anthropometry import CROWN_BULGE_MM, ClosedFace, HeadError, HeadMeasurements, shift
+from geometry2d.anthropometry import (
+    CROWN_BULGE_MM,
+    INSIDE_RISE_MM,
+    ClosedFace,
+    HeadError,
+    HeadMeasurements,
+    shift,
+)
 from geometry2d.curves import (
     arc_lengths,
     at_arc_lengths,
@@ -40,6 +47,8 @@ DERMIS_BLEND_MM = 3.0
 """Arc length over which the dermis goes from its thickness on the skin to that on the vermilion."""
 FOCUS_REACH_MM = 20.0
 """How far out from the lip margin a package may touch, along the skin."""
+INSIDE_HEADING_DEG = 68.0
+"""Slope of a lip's inner side where the lip is thickest."""
 SUBMENTAL_LENGTH_MM = 22.0
 """How far behind menton the lower section is cut off."""
 
@@ -165,7 +174,7 @@ def upper_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
         tooth,
         m.tooth_clearance_mm,
         start_height=face.upper_incisor[1] + m.upper_crown_mm + m.vestibule_depth_mm,
-        end_height=face.upper_inside[1],
+        end_height=face.upper_inside[1] + INSIDE_RISE_MM,
     )
     bone = through_landmarks(
         [bone_top, spine, a_bone + shift(0.3, 0.0), front[0]],
@@ -175,6 +184,7 @@ def upper_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
     skin = through_landmarks(
         [
             front[-1],
+            face.upper_inside,
             face.stomion_upper,
             face.upper_lip,
             face.upper_border,
@@ -187,6 +197,7 @@ def upper_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
         ],
         [
             heading_deg(front[-2:]),
+            -INSIDE_HEADING_DEG,
             0.0,
             90.0,
             lip_deg + 12.0,
@@ -227,7 +238,7 @@ def lower_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
     front = _in_front_of(
         tooth,
         m.tooth_clearance_mm,
-        start_height=face.lower_inside[1],
+        start_height=face.lower_inside[1] - INSIDE_RISE_MM,
         end_height=face.lower_incisor[1] - m.lower_crown_mm - m.vestibule_depth_mm,
     )
     behind = np.array([-SUBMENTAL_LENGTH_MM, 1.5])
@@ -244,9 +255,20 @@ def lower_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
             face.lower_border,
             face.lower_lip,
             face.stomion_lower,
+            face.lower_inside,
             front[0],
         ],
-        [-4.0, 0.0, 90.0, 86.0, lip_deg, 90.0, 180.0, heading_deg(front[:2])],
+        [
+            -4.0,
+            0.0,
+            90.0,
+            86.0,
+            lip_deg,
+            90.0,
+            180.0,
+            180.0 + INSIDE_HEADING_DEG,
+            heading_deg(front[:2]),
+        ],
     )
     bone = through_landmarks(
         [

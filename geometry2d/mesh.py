@@ -84,9 +84,9 @@ class MeshSize:
 
 LEVELS: Mapping[str, MeshSize] = {
     "coarse": MeshSize(0.60, 1.1, 5.0, 0.5),
-    "standard": MeshSize(0.36, 0.95, 4.0, 0.33),
-    "fine": MeshSize(0.24, 0.6, 3.0, 0.24),
-    "thesis": MeshSize(0.165, 0.4, 2.0, 0.16),
+    "standard": MeshSize(0.34, 0.85, 4.0, 0.31),
+    "fine": MeshSize(0.23, 0.58, 3.0, 0.23),
+    "thesis": MeshSize(0.16, 0.4, 2.0, 0.16),
 }
 """About 1,000, 2,500, 5,000 and 10,000 triangles in both lips; as quadratic triangles the last has
 the nodes of 20,000 four-node elements."""
@@ -273,7 +273,8 @@ def _edge_lengths(points: Array, triangles: Indices) -> Array:
     """Lengths (e, 3) of the edges opposite each vertex."""
     corner = points[triangles]
     side = np.roll(corner, -1, axis=1) - np.roll(corner, 1, axis=1)
-    return np.hypot(side[..., 0], side[..., 1])
+    length: Array = np.hypot(side[..., 0], side[..., 1])
+    return length
 
 
 def _angles(edge: Array) -> Array:
@@ -452,7 +453,7 @@ def _joined(parts: Sequence[_Parts]) -> skfem.MeshTri:
     )
     facet = {(int(a), int(b)): k for k, (a, b) in enumerate(mesh.facets.T)}
     boundaries = {
-        name: np.unique([facet[tuple(sorted((int(a), int(b))))] for a, b in edges + shift])
+        name: np.unique([facet[int(a), int(b)] for a, b in np.sort(edges + shift, axis=1)])
         for part, shift in zip(parts, node_shift, strict=False)
         for name, edges in part.boundaries.items()
     }

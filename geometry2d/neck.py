@@ -8,6 +8,7 @@ who faces +x, and the lower wall has the lower y. All lengths in mm.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -108,7 +109,9 @@ class NeckMeasurements:
     @property
     def thread_base_mm(self) -> float:
         """Width of the thread at its foot, mm."""
-        return self.crest_width_mm + 2 * self.thread_depth_mm * np.tan(np.deg2rad(self.flank_deg))
+        return self.crest_width_mm + 2 * self.thread_depth_mm * math.tan(
+            math.radians(self.flank_deg)
+        )
 
     @property
     def mark_depth_mm(self) -> float:
@@ -189,7 +192,8 @@ def neck_section(measurements: NeckMeasurements | None = None) -> NeckSection:
 def _crest_depths(m: NeckMeasurements, *, upper: bool) -> Array:
     """Depth of each crest's middle below the rim: half a turn brings the thread half a pitch on."""
     first = m.land_mm + 0.5 * m.thread_base_mm
-    return first + m.pitch_mm * (np.arange(m.crests) + (0.0 if upper else 0.5))
+    depths: Array = first + m.pitch_mm * (np.arange(float(m.crests)) + (0.0 if upper else 0.5))
+    return depths
 
 
 def _placed(m: NeckMeasurements, depth_radius: Array, *, upper: bool) -> Array:
