@@ -15,7 +15,7 @@ from PIL import Image as Pillow
 
 from mocap.synthetic import write_recording
 from scenarios.filmed import Image
-from scenarios.output import file_at_once
+from scenarios.output import check_writable, file_at_once
 from scenarios.panels import HistoryStrip, ModelPanel, RecordingPanel, colour_bars
 from scenarios.progress import Progress
 from scenarios.scene import INK, PAPER, QUIET
@@ -66,6 +66,7 @@ def animate(
     ending = out.suffix.lower()
     if ending not in writers:
         raise StoryError(f"--out {out} must end in one of {', '.join(writers)}")
+    check_writable(out)
     story = Story.of(run, field=field, beside_video=beside_video)
     with file_at_once(out) as partial:
         writers[ending](story, partial, progress)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import os
+import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -168,19 +169,35 @@ class _Parser(argparse.ArgumentParser):
         self.exit(_complain(f"{message} (see {self.prog} --help)"))
 
 
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """Leaves examples on one line, and gives names room."""
+
+    def __init__(self, prog: str) -> None:
+        columns = shutil.get_terminal_size().columns
+        super().__init__(prog, max_help_position=24, width=min(columns, 100) - 2)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="drinksim",
+        formatter_class=_Help,
         description="A virtual consumer: how a package opening feels on the lips.",
-        epilog="example: drinksim demo --out demo",
     )
-    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
+    # The list of commands is written by hand: argparse gives long names a line of their own.
+    commands = parser.add_subparsers(
+        metavar="COMMAND", required=True, parser_class=_Parser, help=argparse.SUPPRESS
+    )
+    listed = ["commands:"]
 
     def command(
         name: str, function: Callable[[argparse.Namespace], int], about: str, example: str
     ) -> argparse.ArgumentParser:
+        listed.append(f"  {name:<11}{about}")
         added = commands.add_parser(
-            name, help=about, description=f"{about}.", epilog=f"example: {example}"
+            name,
+            description=f"{about[0].upper()}{about[1:]}.",
+            epilog=f"example: {example}",
+            formatter_class=_Help,
         )
         added.set_defaults(command=function)
         return added
@@ -252,6 +269,7 @@ def _parser() -> argparse.ArgumentParser:
     animate.add_argument(
         "--beside-video", action="store_true", help="put the recording next to the model"
     )
+    parser.epilog = "\n".join([*listed, "", "example: drinksim demo --out demo"])
     return parser
 
 

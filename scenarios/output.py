@@ -6,6 +6,7 @@ it is complete. What a killed run leaves behind cannot be taken for a result.
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,19 +26,29 @@ def partial_directory(out: Path) -> Path:
     return out.with_name(out.name + PARTIAL)
 
 
-def check_replaceable(out: Path) -> None:
-    """Refuse, with an :class:`OutputError`, a place that holds something other than our results."""
+def check_usable(out: Path) -> None:
+    """Refuse, with an :class:`OutputError`, a directory that cannot be written or is not ours."""
     if not out.name:
         raise OutputError(f"--out {str(out)!r} names no directory of its own: give a new name")
     if out.is_file():
         raise OutputError(f"--out {out} is a file: give a directory")
     if out.is_dir() and any(out.iterdir()) and not (out / RESULT_MARK).is_file():
         raise OutputError(f"--out {out} holds files that are not results: give another directory")
+    check_writable(out)
+
+
+def check_writable(out: Path) -> None:
+    """Refuse, with an :class:`OutputError`, a place that could not be written to."""
+    there = next(place for place in out.absolute().parents if place.exists())
+    if not there.is_dir():
+        raise OutputError(f"--out {out} cannot be written: {there} is a file; choose another place")
+    if not os.access(there, os.W_OK):
+        raise OutputError(f"--out {out} cannot be written: no permission in {there}")
 
 
 def put_in_place(partial: Path, out: Path) -> None:
     """Move a complete directory to ``out``; an earlier result gives way at the last moment."""
-    check_replaceable(out)
+    check_usable(out)
     if out.exists():
         outdated = out.with_name(out.name + ".outdated")
         shutil.rmtree(outdated, ignore_errors=True)
@@ -53,6 +64,7 @@ def file_at_once(out: Path) -> Iterator[Path]:
     """Yield the name of a file to write (same ending); it becomes ``out`` if the block succeeds."""
     if out.is_dir():
         raise OutputError(f"--out {out} is a directory: give a file name")
+    check_writable(out)
     out.parent.mkdir(parents=True, exist_ok=True)
     partial = out.with_name(f".{out.stem}{PARTIAL}{out.suffix}")
     try:

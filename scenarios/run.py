@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mocap.convert import convert
 from scenarios.drinking import replay
+from scenarios.output import check_usable
 from scenarios.progress import Progress
 from scenarios.solution import Increment
 from scenarios.spec import MotionFile, Recording, Scenario, ScenarioError, resolved_toml
@@ -28,6 +29,7 @@ class Run:
 
 def convert_recording(recording: Recording, out: Path, *, progress: Progress) -> Path:
     """Convert a recording into the directory ``out`` and return its ``motion.csv``."""
+    check_usable(out)
 
     def say(what: str, done: int, total: int) -> None:
         progress(done / total if total else 0.0, what)

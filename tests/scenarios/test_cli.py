@@ -1,0 +1,331 @@
+"""The command line: results, exit codes, and one helpful line for whatever is wrong."""
+
+from __future__ import annotations
+
+import io
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import av
+import pytest
+from made_up_sip import (
+    COUNT,
+    MARKERS,
+    small_increment,
+    small_model,
+    write_motion,
+    write_small_recording,
+)
+
+from scenarios import run
+from scenarios.cli import main
+from scenarios.drinking import Outcome
+from scenarios.progress import progress_line
+from scenarios.solution import Increment, Model, Solution
+from scenarios.spec import Scenario
+
+COMMANDS = ("demo", "convert", "scenarios", "replay", "animate")
+
+
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("filmed")
+    write_small_recording(folder)
+    return folder
+
+
+def complaint(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """Return the one line on stderr of a command that must end with exit code 2."""
+    try:
+        code = main([str(argument) for argument in arguments])
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    captured = capsys.readouterr()
+    assert code == 2
+    assert captured.out == ""
+    lines = captured.err.splitlines()
+    assert len(lines) == 1, captured.err
+    assert lines[0].startswith("drinksim: ")
+    return lines[0]
+
+
+def test_a_missing_video(capsys: pytest.CaptureFixture[str], tmp_path: Path, filmed: Path) -> None:
+    markers, out = filmed / "markers.toml", tmp_path / "out"
+    line = complaint(capsys, "convert", "sipp.mp4", "--markers", markers, "--out", out)
+    assert "sipp.mp4" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_video_without_a_frame(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, filmed: Path
+) -> None:
+    empty = tmp_path / "empty.mp4"
+    with av.open(str(empty), "w") as container:
+        stream = container.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 320, 200, "yuv420p"
+        container.start_encoding()
+    markers, out = filmed / "markers.toml", tmp_path / "out"
+    assert str(empty) in complaint(capsys, "convert", empty, "--markers", markers, "--out", out)
+    words = tmp_path / "words.mp4"
+    words.write_text("not a video")
+    assert str(words) in complaint(capsys, "convert", words, "--markers", markers, "--out", out)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "wanted"),
+    [
+        (lambda text: text.replace("package =", "pakage ="), ("pakage", "package")),
+        (lambda text: text.replace("[255.0, 170.0]", "[5255.0, 170.0]"), ("5255", "package_lower")),
+        (lambda text: text.replace("[scale]", "[scale"), ("TOML",)),
+    ],
+)
+def test_a_wrong_marker_file(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    filmed: Path,
+    change: Callable[[str], str],
+    wanted: tuple[str, ...],
+) -> None:
+    markers = tmp_path / "markers.toml"
+    markers.write_text(change(MARKERS))
+    line = complaint(
+        capsys, "convert", filmed / "recording.mp4", "--markers", markers, "--out", tmp_path / "out"
+    )
+    assert all(word in line for word in wanted)
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_unknown_scenario(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    line = complaint(capsys, "replay", "A38F", "--out", tmp_path / "out")
+    assert "did you mean 'A38-F'?" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_setting(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    line = complaint(capsys, "scenarios", "A38-F", "--set", "contact.fricton=1")
+    assert "did you mean 'friction'?" in line
+
+
+def test_a_missing_motion_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    line = complaint(
+        capsys, "replay", "A38-F", "--out", tmp_path / "out", "--motion", tmp_path / "no.csv"
+    )
+    assert "no.csv" in line
+    assert "drinksim convert" in line
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["convert", "replay", "animate", "demo"])
+def test_an_out_that_cannot_be_written(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    filmed: Path,
+    run_directory: Path,
+    command: str,
+) -> None:
+    in_the_way = tmp_path / "a-file"
+    in_the_way.write_text("")
+    out = in_the_way / "out.mp4"
+    given = {
+        "convert": (filmed / "recording.mp4", "--markers", filmed / "markers.toml"),
+        "replay": ("A38-F", "--motion", run_directory / "motion" / "motion.csv"),
+        "animate": (run_directory,),
+        "demo": (),
+    }
+    assert "a-file" in complaint(capsys, command, *given[command], "--out", out)
+
+
+def test_an_out_without_permission(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("scenarios.output.os.access", lambda *_: False)
+    line = complaint(capsys, "replay", "A38-F", "--out", tmp_path / "run")
+    assert f"no permission in {tmp_path}" in line
+
+
+def test_an_out_that_holds_something_else(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / "letter.txt").write_text("Dear")
+    assert "give another directory" in complaint(capsys, "replay", "A38-F", "--out", tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("replay",), ("replay", "A38-F"), ("reply", "A38-F"), ("animate", "run", "--beside"), ()],
+)
+def test_wrong_usage(capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...]) -> None:
+    assert "--help" in complaint(capsys, *arguments)
+
+
+def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture[str]) -> None:
+    for command in COMMANDS:
+        with pytest.raises(SystemExit) as stop:
+            main([command, "--help"])
+        assert stop.value.code == 0
+        assert f"\nexample: drinksim {command}" in capsys.readouterr().out.replace("\n\n", "\n")
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    listed = capsys.readouterr().out
+    assert all(f"\n  {command} " in listed for command in COMMANDS)
+
+
+def test_scenarios_are_listed_and_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scenarios"]) == 0
+    assert "A38-F " in capsys.readouterr().out
+    assert main(["scenarios", "A38-F", "--set", "contact.friction=0.25"]) == 0
+    shown = capsys.readouterr().out
+    assert "friction = 0.25" in shown
+    assert "thesis, section 4.2" in shown
+    assert "mm: outer diameter of the thread" in shown
+
+
+def test_output_may_be_cut_off() -> None:
+    command = f"{sys.executable} -c 'from scenarios.cli import main; raise SystemExit(main())'"
+    piped = subprocess.run(
+        ["bash", "-c", f"set -o pipefail; {command} scenarios A38-F | head -n 1"],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "MPLBACKEND": "agg"},
+    )
+    assert piped.returncode == 0
+    assert piped.stderr == ""
+
+
+class MadeUpReplay:
+    """Stands in for the solver: replays the made-up sip, up to a given increment."""
+
+    def __init__(self, until: int = COUNT, *, interrupted: bool = False) -> None:
+        self.until, self.interrupted = until, interrupted
+
+    def __call__(
+        self,
+        scenario: Scenario,
+        *,
+        on_model: Callable[[Model], None],
+        on_increment: Callable[[Increment], None],
+        resume_from: Increment | None,
+        progress: object,
+    ) -> Outcome:
+        model = small_model()
+        if resume_from is None:
+            on_model(model)
+        first = 0 if resume_from is None else round(10 * resume_from.relative_time) + 1
+        for index in range(first, self.until):
+            on_increment(small_increment(model, index, COUNT))
+        if self.interrupted:
+            raise KeyboardInterrupt
+        return Outcome(self.until == COUNT, f"{self.until} of {COUNT}", {"elements": 7})
+
+
+@pytest.fixture
+def motion(tmp_path: Path) -> Path:
+    return write_motion(tmp_path / "converted", tracked=False)
+
+
+def test_a_replay_becomes_a_run_directory(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    motion: Path,
+) -> None:
+    monkeypatch.setattr(run, "replay", MadeUpReplay())
+    out = tmp_path / "run"
+    assert main(["replay", "A38-F", "--motion", str(motion), "--out", str(out)]) == 0
+    assert capsys.readouterr().out == f"{out}: 11 of 11\n"
+    solution = Solution.load(out)
+    assert solution.summary["scenario"] == "A38-F"
+    assert solution.summary["elements"] == 7
+    assert (out / "motion" / "motion.csv").read_bytes() == motion.read_bytes()
+    assert main(["replay", str(out / "scenario.toml"), "--out", str(tmp_path / "again")]) == 0
+    assert (tmp_path / "again" / "history.csv").read_text() == (out / "history.csv").read_text()
+    assert main(["animate", str(out), "--out", str(tmp_path / "sip.png")]) == 0
+
+
+def test_a_replay_that_stops_keeps_what_it_has(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    motion: Path,
+) -> None:
+    monkeypatch.setattr(run, "replay", MadeUpReplay(until=6))
+    out = tmp_path / "run"
+    assert main(["replay", "A38-F", "--motion", str(motion), "--out", str(out)]) == 3
+    assert capsys.readouterr().err == "drinksim: 6 of 11\n"
+    solution = Solution.load(out)
+    assert solution.time_s.size == 6
+    assert solution.summary["finished"] is False
+    assert main(["animate", str(out), "--out", str(tmp_path / "sip.png")]) == 0
+
+
+def test_an_interrupted_replay_goes_on(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    motion: Path,
+) -> None:
+    out = tmp_path / "run"
+    command = ["replay", "A38-F", "--motion", str(motion), "--out", str(out)]
+    monkeypatch.setattr(run, "replay", MadeUpReplay(until=6, interrupted=True))
+    assert main(command) == 130
+    assert not out.exists()
+    capsys.readouterr()
+    monkeypatch.setattr(run, "replay", MadeUpReplay())
+    assert "without --resume" in complaint(
+        capsys, *command, "--resume", "--set", "contact.friction=0.9"
+    )
+    assert main([*command, "--resume"]) == 0
+    assert Solution.load(out).time_s.size == COUNT
+
+
+def test_plane_and_resolution_are_short_for_settings(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, motion: Path
+) -> None:
+    monkeypatch.setattr(run, "replay", MadeUpReplay())
+    out = tmp_path / "run"
+    options = ["--plane", "strain", "--resolution", "coarse", "--set", "contact.friction=0.5"]
+    assert main(["replay", "A38-F", "--motion", str(motion), "--out", str(out), *options]) == 0
+    text = (out / "scenario.toml").read_text()
+    assert 'plane = "strain"' in text
+    assert 'resolution = "coarse"' in text
+    assert "friction = 0.5 " in text
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_progress_is_shown_on_a_terminal_and_nowhere_else(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with progress_line("replay") as progress:
+        progress(0.5, "half")
+    assert capsys.readouterr().err == ""
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with progress_line("replay") as progress:
+        progress(0.5, "half of it")
+        progress(1.0, "x" * 500)
+    shown = terminal.getvalue()
+    assert " 50%" in shown
+    assert "half of it" in shown
+    assert shown.endswith("\r\x1b[K")
+    assert all(len(line) < 130 for line in shown.split("\r"))
+
+
+def test_an_error_of_ours_is_a_line_and_a_bug_is_not(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, motion: Path
+) -> None:
+    def buggy(*_: object, **__: object) -> None:
+        raise ValueError("operands could not be broadcast together")
+
+    monkeypatch.setattr(run, "replay", buggy)
+    with pytest.raises(ValueError, match="broadcast"):
+        main(["replay", "A38-F", "--motion", str(motion), "--out", str(tmp_path / "run")])
