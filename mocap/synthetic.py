@@ -626,7 +626,7 @@ def _named(
     shape: Shape, body: Body, named: Mapping[str, tuple[_Window, NDArray[np.float32]]]
 ) -> tuple[_Window, NDArray[np.float32]]:
     """Return the window and coverage of the earlier shape that a shape is confined to."""
-    if shape.inside not in named:
+    if shape.inside is None or shape.inside not in named:
         raise SyntheticError(
             f"a shape of body {body.name!r} is to lie inside {shape.inside!r}, which is not drawn "
             f"before it: named before it are {', '.join(sorted(named)) or 'none'}"
