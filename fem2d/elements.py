@@ -12,7 +12,8 @@ Q4R    bilinear square      1                   comparison only: hourglasses
 Q4M    bilinear square      2 × 2, mean dil.    structured meshes near incompressibility
 Q8     serendipity square   3 × 3               structured meshes, bending
 Q8R    serendipity square   2 × 2               the thesis' CAX8R
-Q8M    serendipity square   2 × 2, mean dil.    structured meshes near incompressibility
+Q8M    serendipity square   3 × 3, mean dil.    structured meshes near incompressibility
+Q8RM   serendipity square   2 × 2, mean dil.    comparison (the thesis' CAX8RH)
 ====== ==================== =================== ==============================================
 
 Mean dilatation: the volumetric energy of an element is that of its mean volume ratio
@@ -84,7 +85,8 @@ ELEMENTS: dict[str, Element] = {
         Element("Q4M", skfem.ElementQuad1(), 3, mean_dilatation=True),
         Element("Q8", skfem.ElementQuadS2(), 5),
         Element("Q8R", skfem.ElementQuadS2(), 3),
-        Element("Q8M", skfem.ElementQuadS2(), 3, mean_dilatation=True),
+        Element("Q8M", skfem.ElementQuadS2(), 5, mean_dilatation=True),
+        Element("Q8RM", skfem.ElementQuadS2(), 3, mean_dilatation=True),
     )
 }
 

@@ -265,7 +265,8 @@ def _write_summary(folder: Path, content: Mapping[str, Any]) -> None:
 def _plot(path: Path, curves: Mapping[str, Curve], title: str) -> None:
     """Draw nominal stress against stretch and true stress against logarithmic strain.
 
-    Stress grows over decades, so its axis is an inverse hyperbolic sine: linear around zero, logarithmic far out.
+    Stress grows over decades, so its axis is an inverse hyperbolic sine: linear around zero,
+    logarithmic far out.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
