@@ -1,4 +1,4 @@
-"""A video with a marker file becomes tracks, rigid motions, tables and an overlay: the whole chain."""
+"""A video with a marker file becomes tracks, rigid motions, tables and an overlay."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from mocap.exchange import write_motion_trc
 from mocap.follow import follow
 from mocap.markers import MarkerFile, read_markers
 from mocap.motion import Capture, capture
+from mocap.noise import with_noise_in_time
 from mocap.overlay import write_overlay
 from mocap.scale import (
     BodyScale,
@@ -123,9 +124,9 @@ def convert(
     raw = follow(film, marker_file, start_s=start_s, end_s=end_s, given=given, progress=say)
     timing = film.timing
     picture = Picture(film.info.width, film.info.height, film.info.pixel_aspect)
-    measured = measure(raw.bridged(), marker_file, picture)
+    measured = measure(with_noise_in_time(raw).bridged(), marker_file, picture)
     report = summary(film.info, timing, marker_file, measured, picture)
-    with _new_folder(folder) as partial:
+    with _NewFolder(folder) as partial:
         measured.tracks.write(partial / "tracks.csv")
         measured.motion.write(partial / "motion.csv")
         tables = partial / "boundary_conditions"
@@ -173,7 +174,7 @@ def _check_replaceable(folder: Path) -> None:
         raise OutputError(f"--out {folder}: {parent} cannot be written to; name another folder")
 
 
-class _new_folder:  # noqa: N801
+class _NewFolder:
     """A folder that takes its final name only when everything in it is complete."""
 
     def __init__(self, final: Path) -> None:

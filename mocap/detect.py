@@ -242,8 +242,7 @@ def _level_around(image: Image, blob: Blob) -> float:
 def _blurred(image: Image, size: int) -> NDArray[np.float32]:
     import cv2
 
-    blurred: NDArray[np.float32] = cv2.blur(image.astype(np.float32), (size, size))
-    return blurred
+    return np.asarray(cv2.blur(image.astype(np.float32), (size, size)), np.float32)
 
 
 def _round_components(
@@ -253,7 +252,7 @@ def _round_components(
     block: int,
     offset: tuple[int, int],
 ) -> list[Blob]:
-    """Return the connected spots of a mask that are about round and of a size that fits the block."""
+    """Return the connected about round spots of a mask whose size fits the block."""
     import cv2
 
     count, labels, stats, centres = cv2.connectedComponentsWithStats(mask, connectivity=4)

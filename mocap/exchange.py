@@ -78,7 +78,7 @@ def motion_table(motion: Capture, markers: MarkerFile) -> MarkerTable:
         (markers.moving, motion.package, motion.package_start_mm),
     ):
         names += [markers.bodies[body][0], f"{body}_axis"]
-        columns.append(rigid.apply(np.array([start, start + [100.0, 0.0]])))
+        columns.append(rigid.apply(np.array([start, start + np.array([100.0, 0.0])])))
     plane = np.concatenate(columns, axis=1)
     positions = np.concatenate([plane, np.zeros((*plane.shape[:2], 1))], axis=2)
     return MarkerTable(motion.time_s, tuple(names), positions, "mm")

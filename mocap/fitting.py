@@ -199,8 +199,8 @@ def centre_covariance(
                 influence[0, row, column] += gain[i, 0] * gradient[i]
                 influence[1, row, column] += gain[i, 1] * gradient[i]
             pixels += 1
-            mirror_row = int(round(2 * p[1] - row))
-            mirror_column = int(round(2 * p[0] - column))
+            mirror_row = round(2 * p[1] - row)
+            mirror_column = round(2 * p[0] - column)
             if not (0 <= mirror_row < rows and 0 <= mirror_column < columns):
                 continue
             if math.isnan(residual[mirror_row, mirror_column]):

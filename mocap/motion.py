@@ -301,7 +301,9 @@ def _smoothed_pose(
         result = smoothed(time, raw[:, k], stated, cutoff_hz=cutoff_hz)
         smoothing[f"{pose.body}_{name}"] = result
         values[:, k] = result.values
-        ratio[:, k] = result.sigma / stated
+        # Angles count from the first frame, so its error is in all of them and none in itself.
+        angle = name == "theta_rad"
+        ratio[:, k] = (result.sigma_since_first if angle else result.sigma) / stated
     return values, pose.covariance * ratio[:, :, None] * ratio[:, None, :]
 
 

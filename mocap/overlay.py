@@ -84,7 +84,7 @@ def draw_frame(
 ) -> Image:
     """Return one picture (height, width, 3; blue, green, red) with everything drawn on it."""
     canvas = np.ascontiguousarray(picture)
-    size = max(canvas.shape[0] / 720.0, 0.5)
+    size = max(min(canvas.shape[0] / 720.0, canvas.shape[1] / 1150.0), 0.45)
     _draw_bodies(canvas, tracks, row, markers, size)
     for k in range(len(tracks.names)):
         _draw_trail(canvas, tracks, row, k, size)
@@ -161,10 +161,10 @@ def _draw_panel(
         x, y = motion.relative_mm[motion_row]
         sx, sy, st = motion.sigma[motion_row]
         words += f"   {markers.moving} from {markers.reference}: "
-        words += f"x {x:.2f}+-{sx:.2f}  y {y:.2f}+-{sy:.2f} mm"
+        words += f"x {x:.2f}+/-{sx:.2f}  y {y:.2f}+/-{sy:.2f} mm"
         if motion.poses[markers.moving].turns:
             angle = np.degrees(motion.relative_rad[motion_row])
-            words += f"  turn {angle:.2f}+-{np.degrees(st):.2f} deg"
+            words += f"  turn {angle:.2f}+/-{np.degrees(st):.2f} deg"
     _text(canvas, words, (12 * size, base), 0.55 * size, WHITE)
     x = 12 * size
     bottom = canvas.shape[0] - 12 * size

@@ -8,10 +8,12 @@ For even sampling this is a filter without phase lag of amplitude 1/(1 + (f/f₀
 third-order Butterworth filter run forwards and backwards; but it takes uneven times and unequal
 errors, and no padding is needed at the ends, where it goes over into the best parabola.
 
-λ is chosen by generalised cross-validation (Craven and Wahba 1979; in biomechanics Woltring 1986):
-the residual is compared with what white noise would leave at each cutoff. The band of the inverse
-that this needs is computed exactly in O(n) (Hutchinson and de Hoog 1985). Standard errors of the
-curve are Wahba's (1983), which include the bias of smoothing on average.
+λ is chosen by analysis of the residual: as the cutoff is lowered, the residual grows first by the
+noise that is taken away, σ²(n − tr A), and then, when the signal itself is touched, faster. The
+cutoff of least estimated error, Σ (residual/σ)² + 2 tr A (Mallows 1973; Craven and Wahba 1979 for
+splines), is used. The inverse's band that tr A needs is computed exactly in O(n) (Hutchinson and de
+Hoog 1985). Standard errors of the curve are Wahba's (1983), which include the bias of smoothing on
+average.
 """
 
 from __future__ import annotations
@@ -29,6 +31,8 @@ Array: TypeAlias = NDArray[np.float64]
 
 ORDER = 3
 CUTOFFS_TRIED = 60
+# A sample with this many times the usual standard error is left to the curve.
+WORSE = 4.0
 # Fewer samples than this say nothing about noise: they are left alone.
 LEAST_SAMPLES = 8
 
@@ -45,6 +49,8 @@ class Smoothed:
     ----------
     values, sigma
         (n,) smoothed signal and its standard error.
+    sigma_since_first
+        (n,) standard error of the change since the first sample; zero there.
     rate, rate_sigma
         (n,) its time derivative and the standard error of that, per s.
     cutoff_hz
@@ -57,6 +63,7 @@ class Smoothed:
 
     values: Array
     sigma: Array
+    sigma_since_first: Array
     rate: Array
     rate_sigma: Array
     cutoff_hz: float
@@ -91,11 +98,15 @@ def smoothed(
     if time.size < LEAST_SAMPLES:
         rate = np.gradient(signal, time) if time.size > 1 else np.zeros_like(signal)
         unknown = np.full_like(signal, np.nan)
-        return Smoothed(signal, error, rate, unknown, float("nan"), 0.0, 1.0)
+        return Smoothed(
+            signal, error, np.hypot(error, error[0]), rate, unknown, float("nan"), 0.0, 1.0
+        )
     unit = float(np.median(np.diff(time)))
     penalty = _penalty_band(time / unit)
-    weight = 1 / error**2
-    mean_weight = float(1 / np.median(error**2))
+    usual = float(np.median(error))
+    # What is known much worse than usual was bridged: the curve itself bridges better.
+    weight = np.where(error > WORSE * usual, 0.0, 1 / error**2)
+    mean_weight = 1 / usual**2
     cutoffs = [cutoff_hz] if cutoff_hz else _cutoffs(time, unit)
     trials = [
         (_score(signal, weight, penalty, _stiffness(f, unit, mean_weight)), f) for f in cutoffs
@@ -120,42 +131,50 @@ def _solution(
     time: Array, signal: Array, weight: Array, penalty: Array, cutoff: float, stiffness: float
 ) -> Smoothed:
     unit = float(np.median(np.diff(time)))
-    curve, inverse = _fit(signal, weight, penalty, stiffness)
-    left = signal.size - float(np.sum(inverse[0] * weight))
+    curve, inverse, factor = _fit(signal, weight, penalty, stiffness)
+    first = np.zeros_like(signal)
+    first[0] = 1.0
+    with_first = banded_solution(factor, first)
+    since_first = np.maximum(inverse[0] + inverse[0][0] - 2 * with_first, 0.0)
+    measured = weight > 0
+    left = float(measured.sum() - np.sum(inverse[0] * weight))
     chi = float(np.sum(weight * (signal - curve) ** 2))
-    # With next to nothing removed there is no residual to judge the stated errors by.
-    factor = np.sqrt(chi / left) if left > 4 else 1.0
+    # With little removed there is not enough residual to judge the stated errors by.
+    noise = np.sqrt(chi / left) if left > LEAST_SAMPLES else 1.0
     rate = np.gradient(curve, time, edge_order=2)
     # Central differences of z at samples two apart, from the band of its covariance.
     rate_variance = np.empty_like(curve)
     spread = inverse[0][2:] + inverse[0][:-2] - 2 * inverse[2][:-2]
     rate_variance[1:-1] = np.maximum(spread, 0) / (time[2:] - time[:-2]) ** 2
     rate_variance[0], rate_variance[-1] = 4 * rate_variance[1], 4 * rate_variance[-2]
-    trusted = max(factor, 1e-6)
+    trusted = max(noise, 1.0)
     return Smoothed(
         values=curve,
         sigma=trusted * np.sqrt(inverse[0]),
+        sigma_since_first=trusted * np.sqrt(since_first),
         rate=rate,
         rate_sigma=trusted * np.sqrt(rate_variance),
         cutoff_hz=float(cutoff) if left > 1e-3 else 0.5 / unit,
-        removed_rms=float(np.sqrt(np.mean((signal - curve) ** 2))),
-        noise_factor=float(factor),
+        removed_rms=float(np.sqrt(np.mean((signal - curve)[measured] ** 2))),
+        noise_factor=float(noise),
     )
 
 
 def _score(signal: Array, weight: Array, penalty: Array, stiffness: float) -> float:
-    """Return the generalised cross-validation score of one λ."""
-    curve, inverse = _fit(signal, weight, penalty, stiffness)
-    left = signal.size - float(np.sum(inverse[0] * weight))
-    return signal.size * float(np.sum(weight * (signal - curve) ** 2)) / max(left, 1e-6) ** 2
+    """Return the estimated error of the curve for one λ, in units of the noise (Mallows' Cp)."""
+    curve, inverse, _ = _fit(signal, weight, penalty, stiffness)
+    kept = float(np.sum(inverse[0] * weight))
+    return float(np.sum(weight * (signal - curve) ** 2)) + 2.0 * kept
 
 
-def _fit(signal: Array, weight: Array, penalty: Array, stiffness: float) -> tuple[Array, Array]:
-    """Return the curve (n,) and the band (4, n) of (W + λP)⁻¹, diagonal first."""
+def _fit(
+    signal: Array, weight: Array, penalty: Array, stiffness: float
+) -> tuple[Array, Array, Array]:
+    """Return the curve (n,), the band (4, n) of (W + λP)⁻¹, diagonal first, and the factor."""
     band = stiffness * penalty
     band[0] += weight
     factor = cholesky_banded(band, lower=True)
-    return banded_solution(factor, weight * signal), inverse_band(factor)
+    return banded_solution(factor, weight * signal), inverse_band(factor), factor
 
 
 def _penalty_band(time: Array) -> Array:

@@ -1,0 +1,74 @@
+"""How noisy tracks really are, from how they tremble in time.
+
+The fit of one picture cannot know what compression did to it: a block that the encoder copied from
+the frame before fits well and is displaced. Such errors show in time. Of any five neighbouring
+samples the combination that vanishes for every cubic leaves only noise (Winter 2009, §3.4.5 does
+the same with residuals of filters); its spread, robustly taken, is the noise of the track. What it
+exceeds the fit's own standard error by is added to that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap.tracks import Tracks
+
+Array: TypeAlias = NDArray[np.float64]
+
+NEIGHBOURS = 5
+# A marker's own estimate counts as much as the whole clip's from this many combinations on.
+ENOUGH = 20
+# From the median of absolute values of a normal variable to its standard deviation.
+NORMAL_MEDIAN = 0.6744897501960817
+
+
+def with_noise_in_time(tracks: Tracks) -> Tracks:
+    """Return the tracks with standard errors that cover what trembles in time.
+
+    Parameters
+    ----------
+    tracks
+        With the standard errors of the fits; hand-set points keep theirs.
+    """
+    excess: list[float] = []
+    counts: list[int] = []
+    for k in range(len(tracks.names)):
+        seen = tracks.status[:, k] == "seen"
+        left = cubic_free(tracks.time_s, tracks.position_px[:, k], seen)
+        fitted = float(np.median(tracks.sigma_px[seen, k] ** 2)) if seen.any() else 0.0
+        counts.append(left.shape[0])
+        spread = float(np.median(np.abs(left))) / NORMAL_MEDIAN if left.size else 0.0
+        excess.append(spread**2 - fitted if left.size else 0.0)
+    weights = np.array(counts, float)
+    if weights.sum() == 0:
+        return tracks
+    common = float(np.sum(weights * excess) / weights.sum())
+    own = (weights * excess + ENOUGH * common) / (weights + ENOUGH)
+    added = np.maximum(own, 0.0)
+    seen = tracks.status == "seen"
+    sigma = np.where(seen, np.sqrt(tracks.sigma_px**2 + added), tracks.sigma_px)
+    return replace(tracks, sigma_px=sigma)
+
+
+def cubic_free(time: Array, position: Array, seen: NDArray[np.bool_]) -> Array:
+    """Return what is left (m, 2) of runs of five seen samples after any cubic, noise at its own size.
+
+    Parameters
+    ----------
+    time, position, seen
+        (n,) times, (n, 2) positions, and where they were measured.
+    """
+    n = NEIGHBOURS
+    rows = [i for i in range(time.size - n + 1) if seen[i : i + n].all()]
+    if not rows:
+        return np.empty((0, 2))
+    index = np.array(rows)[:, None] + np.arange(n)
+    t = time[index]
+    apart = t[:, :, None] - t[:, None, :] + np.eye(n)
+    combination = 1 / apart.prod(axis=2)
+    combination /= np.linalg.norm(combination, axis=1, keepdims=True)
+    return np.asarray(np.einsum("mi,mik->mk", combination, position[index]))
