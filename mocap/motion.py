@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidMotion, rotated
 from mocap.markers import MarkerFile
+from mocap.noise import repeats
 from mocap.scale import BodyScale
 from mocap.smooth import Smoothed, smoothed
 from mocap.tracks import Tracks
@@ -246,7 +247,9 @@ def capture(
     smoothing: dict[str, Smoothed] = {}
     smooth: dict[str, tuple[Array, Array, Array]] = {}
     for body, pose in poses.items():
-        values, covariance = _smoothed_pose(time, pose, smoothing, cutoff_hz)
+        columns = [tracks.names.index(name) for name in pose.markers]
+        same = repeats(tracks.position_px[rows][:, columns])
+        values, covariance = _smoothed_pose(time, pose, same, smoothing, cutoff_hz)
         smooth[body] = (values[:, :2], values[:, 2], covariance)
     head_at, head_angle, head_covariance = smooth[markers.reference]
     package_at, package_angle, package_covariance = smooth[markers.moving]
@@ -288,7 +291,11 @@ def _poses_of(
 
 
 def _smoothed_pose(
-    time: Array, pose: Poses, smoothing: dict[str, Smoothed], cutoff_hz: float | None
+    time: Array,
+    pose: Poses,
+    same: Array,
+    smoothing: dict[str, Smoothed],
+    cutoff_hz: float | None,
 ) -> tuple[Array, Array]:
     """Return x, y and angle (n, 3) smoothed, and their covariance (n, 3, 3)."""
     raw = np.column_stack([pose.position_mm, pose.angle_rad])
@@ -298,7 +305,7 @@ def _smoothed_pose(
         if name == "theta_rad" and not pose.turns:
             continue
         stated = np.sqrt(pose.covariance[:, k, k])
-        result = smoothed(time, raw[:, k], stated, cutoff_hz=cutoff_hz)
+        result = smoothed(time, raw[:, k], stated, repeats=same, cutoff_hz=cutoff_hz)
         smoothing[f"{pose.body}_{name}"] = result
         values[:, k] = result.values
         # Angles count from the first frame, so its error is in all of them and none in itself.

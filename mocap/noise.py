@@ -5,6 +5,10 @@ the frame before fits well and is displaced. Such errors show in time. Of any fi
 samples the combination that vanishes for every cubic leaves only noise (Winter 2009, §3.4.5 does
 the same with residuals of filters); its spread, robustly taken, is the noise of the track. What it
 exceeds the fit's own standard error by is added to that.
+
+Where a marker stands still the encoder repeats its picture and the error with it: nothing trembles,
+yet the error is there. Such stretches are left out of the estimate, and count as one measurement
+when the track is smoothed.
 """
 
 from __future__ import annotations
@@ -22,6 +26,10 @@ Array: TypeAlias = NDArray[np.float64]
 NEIGHBOURS = 5
 # A marker's own estimate counts as much as the whole clip's from this many combinations on.
 ENOUGH = 20
+# Movement (px) between frames from which on the encoder draws a marker anew, and below which it
+# repeats it.
+MOVING_PX = 0.3
+STILL_PX = 0.06
 # From the median of absolute values of a normal variable to its standard deviation.
 NORMAL_MEDIAN = 0.6744897501960817
 
@@ -38,7 +46,10 @@ def with_noise_in_time(tracks: Tracks) -> Tracks:
     counts: list[int] = []
     for k in range(len(tracks.names)):
         seen = tracks.status[:, k] == "seen"
-        left = cubic_free(tracks.time_s, tracks.position_px[:, k], seen)
+        position = tracks.position_px[:, k]
+        left = cubic_free(tracks.time_s, position, seen & moving(position))
+        if left.shape[0] < ENOUGH:
+            left = cubic_free(tracks.time_s, position, seen)
         fitted = float(np.median(tracks.sigma_px[seen, k] ** 2)) if seen.any() else 0.0
         counts.append(left.shape[0])
         spread = float(np.median(np.abs(left))) / NORMAL_MEDIAN if left.size else 0.0
@@ -52,6 +63,29 @@ def with_noise_in_time(tracks: Tracks) -> Tracks:
     seen = tracks.status == "seen"
     sigma = np.where(seen, np.sqrt(tracks.sigma_px**2 + added), tracks.sigma_px)
     return replace(tracks, sigma_px=sigma)
+
+
+def moving(position: Array) -> NDArray[np.bool_]:
+    """Return (n,) whether a marker at ``position`` (n, 2) px moves from its neighbouring frames."""
+    step = np.hypot(*np.diff(position, axis=0).T)
+    quiet = np.nan_to_num(step, nan=np.inf) < MOVING_PX
+    return ~(np.append(quiet, False) & np.append(False, quiet))
+
+
+def repeats(positions: Array) -> Array:
+    """Return (n,) how many frames share each one's picture, all markers (n, m, 2) px standing still.
+
+    1 where anything moves; in a stretch of L frames in which nothing does, L.
+    """
+    step = np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0)).max(axis=1)
+    still = np.nan_to_num(step, nan=np.inf) < STILL_PX
+    count = np.ones(positions.shape[0])
+    first = 0
+    for i in range(positions.shape[0]):
+        if i == positions.shape[0] - 1 or not still[i]:
+            count[first : i + 1] = i + 1 - first
+            first = i + 1
+    return count
 
 
 def cubic_free(time: Array, position: Array, seen: NDArray[np.bool_]) -> Array:

@@ -72,7 +72,12 @@ class Smoothed:
 
 
 def smoothed(
-    time_s: ArrayLike, values: ArrayLike, sigma: ArrayLike, *, cutoff_hz: float | None = None
+    time_s: ArrayLike,
+    values: ArrayLike,
+    sigma: ArrayLike,
+    *,
+    repeats: ArrayLike = 1.0,
+    cutoff_hz: float | None = None,
 ) -> Smoothed:
     """Return a signal freed of the noise that its own residuals show.
 
@@ -80,6 +85,8 @@ def smoothed(
     ----------
     time_s, values, sigma
         (n,) increasing times (s), the signal, and its standard errors (positive).
+    repeats
+        (n,) how many samples share each one's error, so that together they count as one.
     cutoff_hz
         Use this cutoff instead of choosing one.
 
@@ -105,7 +112,7 @@ def smoothed(
     penalty = _penalty_band(time / unit)
     usual = float(np.median(error))
     # What is known much worse than usual was bridged: the curve itself bridges better.
-    weight = np.where(error > WORSE * usual, 0.0, 1 / error**2)
+    weight = np.where(error > WORSE * usual, 0.0, 1 / error**2) / repeats
     mean_weight = 1 / usual**2
     cutoffs = [cutoff_hz] if cutoff_hz else _cutoffs(time, unit)
     trials = [
