@@ -161,7 +161,7 @@ class Tables:
             basis.facet_dofs[0].astype(np.int64) if element.quadratic else np.empty(0, np.int64)
         )
         values = np.stack(
-            [np.broadcast_to(shape.value, areas.shape)[0] for shape in shapes], axis=1
+            [np.broadcast_to(np.asarray(shape), areas.shape)[0] for shape in shapes], axis=1
         )
         return cls(
             np.ascontiguousarray(basis.doflocs.T),

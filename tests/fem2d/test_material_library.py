@@ -1,0 +1,122 @@
+"""Material files: what the library holds, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
+from fem2d.materials.library import (
+    configuration,
+    library_materials,
+    material_card,
+    material_from,
+    material_named,
+)
+from fem2d.materials.material import MaterialError, poisson_ratio
+from fem2d.materials.neo_hookean import NeoHookean
+from fem2d.materials.ogden import Ogden
+
+
+def test_every_card_loads_and_says_where_it_comes_from_and_what_was_read() -> None:
+    names = library_materials()
+    assert len(names) >= 20
+    for name in names:
+        card = material_card(name)
+        assert card.material.shear_modulus_mpa > 0
+        assert len(card.source) > 10 and len(card.reading) > 10, name
+
+
+def test_the_configurations_are_those_of_table_3_5_with_its_rows_shifted_back() -> None:
+    """FACTS 2.3, verdict 2: E0 = 6 C10 = 25.1 kPa belongs to L2 GOH and 25.8 kPa to L2 Ogden."""
+    assert list(configuration("L3")) == ["dermis", "hypodermis", "muscle"]
+    goh, ogden = configuration("L2-GOH"), configuration("L2-Ogden")
+    assert isinstance(goh["bulk"], NeoHookean) and isinstance(ogden["bulk"], NeoHookean)
+    assert round(6e3 * goh["bulk"].C10_mpa, 1) == 25.1
+    assert round(6e3 * ogden["bulk"].C10_mpa, 1) == 25.8
+    assert isinstance(ogden["dermis"], Ogden)
+    assert ogden["dermis"].mu_mpa == (0.05,) and ogden["dermis"].alpha == (10.789,)
+    assert isinstance(goh["dermis"], HolzapfelGasserOgden) and goh["dermis"].isotropic
+    for law in (*goh.values(), *ogden.values(), material_named("L1")):
+        nu = poisson_ratio(law.shear_modulus_mpa, law.bulk_modulus_mpa)
+        assert nu == pytest.approx(0.49, abs=1e-12)
+
+
+def test_the_calibration_ranges_are_those_of_table_3_3() -> None:
+    assert material_card("L2-Ogden/dermis").ranges["mu_mpa"] == (0.005, 0.0113, 0.05)
+    assert material_card("L1").ranges["C10_mpa"] == (0.0014, 0.0056, 0.0224)
+
+
+def test_the_moduli_of_table_2_7_give_its_youngs_moduli() -> None:
+    for name, youngs in (
+        ("tran-2007/dermis", 6.50),
+        ("tran-2007/hypodermis", 2.5e-3),
+        ("tran-2007/muscle", 2.15e-2),
+        ("luboz-2014/moduli", 3.28e-2),
+        ("gluteus/hypodermis", 5.52e-4),
+        ("gluteus/muscle", 1.0e-4),
+    ):
+        law = material_named(name)
+        mu, bulk = law.shear_modulus_mpa, law.bulk_modulus_mpa
+        assert 9 * bulk * mu / (3 * bulk + mu) == pytest.approx(youngs, rel=3e-3)
+
+
+def test_a_file_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text('law = "ogden"\nmu_mpa = [0.02, 0.01]\nalpha = [3, -2.5]\npoisson = 0.45\n')
+    law = material_named(str(file))
+    assert isinstance(law, Ogden) and law.alpha == (3.0, -2.5)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({}, ("law", "missing", "ogden")),
+        ({"law": "odgen"}, ("odgen", "ogden")),
+        ({"law": "ogden", "mu_mpa": 1.0, "poisson": 0.4}, ("alpha", "missing")),
+        (
+            {"law": "neo-hookean", "c10_mpa": 1.0, "poisson": 0.4},
+            ("c10_mpa", "did you mean C10_mpa"),
+        ),
+        ({"law": "neo-hookean", "C10_mpa": 1.0}, ("compressibility", "poisson")),
+        (
+            {"law": "neo-hookean", "C10_mpa": 1.0, "poisson": 0.4, "D1_per_mpa": 1.0},
+            ("D1_per_mpa and poisson", "not both"),
+        ),
+        ({"law": "neo-hookean", "C10_mpa": 1.0, "poisson": 0.5}, ("poisson", "0.5", "0.49")),
+        ({"law": "neo-hookean", "C10_mpa": "1", "poisson": 0.4}, ("C10_mpa", "'1'", "number")),
+        ({"law": "neo-hookean", "C10_mpa": -1, "poisson": 0.4}, ("C10_mpa", "-1", "positive")),
+        (
+            {"law": "ogden", "mu_mpa": [-1.0], "alpha": [2.0], "poisson": 0.4},
+            ("mu_mpa", "-1", "sum"),
+        ),
+        (
+            {
+                "law": "holzapfel-gasser-ogden",
+                "C10_mpa": 1,
+                "k1_mpa": 1,
+                "k2": 1,
+                "kappa": 0.4,
+                "poisson": 0.4,
+            },
+            ("kappa", "0.4", "1/3"),
+        ),
+    ],
+)
+def test_nonsense_is_refused_with_name_value_and_remedy(
+    table: dict[str, object], words: tuple[str, ...]
+) -> None:
+    with pytest.raises(MaterialError) as error:
+        material_from(table, "mine.toml: ")
+    for word in ("mine.toml", *words):
+        assert word in str(error.value)
+
+
+def test_unknown_names_get_the_nearest_one() -> None:
+    with pytest.raises(MaterialError, match="did you mean 'L2-Ogden/dermis'"):
+        material_named("L2-Ogden/dermi")
+    with pytest.raises(MaterialError, match="did you mean 'L2-GOH'"):
+        configuration("L2-GHO")
+    with pytest.raises(MaterialError, match="does not exist"):
+        material_named("nowhere.toml")
