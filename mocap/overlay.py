@@ -89,24 +89,33 @@ def draw_frame(
     for k in range(len(tracks.names)):
         _draw_trail(canvas, tracks, row, k, size)
     for k, name in enumerate(tracks.names):
-        _draw_marker(canvas, tracks, row, k, name.replace("_", " "), size)
+        below = _is_lowest(tracks, row, k, markers.bodies.get(markers.body_of(name) or "", ()))
+        _draw_marker(canvas, tracks, row, k, below, size)
     _draw_panel(canvas, tracks, row, motion, motion_row, markers, size)
     return canvas
 
 
-def _draw_marker(canvas: Image, tracks: Tracks, row: int, k: int, name: str, size: float) -> None:
+def _is_lowest(tracks: Tracks, row: int, k: int, mates: tuple[str, ...]) -> bool:
+    """Whether a marker is the lowest of several of its body, so that its name goes below it."""
+    heights = [tracks.position_px[row, tracks.names.index(name), 1] for name in mates]
+    return len(mates) > 1 and bool(tracks.position_px[row, k, 1] >= np.nanmax(heights))
+
+
+def _draw_marker(canvas: Image, tracks: Tracks, row: int, k: int, below: bool, size: float) -> None:
     """Draw a cross with a gap in its middle, so that the marker itself stays visible."""
     x, y = tracks.position_px[row, k]
     if not np.isfinite(x):
         return
     colour = STATUS_COLOURS[str(tracks.status[row, k])]
-    inner, outer = 3.0 * size, 13.0 * size
+    inner, outer = 4.0 * size, 14.0 * size
     for dx, dy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
         start = (x + inner * dx, y + inner * dy)
         end = (x + outer * dx, y + outer * dy)
         _line(canvas, start, end, BLACK, round(3 * size) + 1)
         _line(canvas, start, end, colour, max(round(1.5 * size), 1))
-    _text(canvas, name, (x + 12 * size, y - 12 * size), 0.5 * size, colour)
+    words = tracks.names[k].replace("_", " ")
+    at = (x + 13 * size, y + (26 if below else -13) * size)
+    _text(canvas, words, at, 0.62 * size, colour)
 
 
 def _draw_trail(canvas: Image, tracks: Tracks, row: int, k: int, size: float) -> None:
@@ -134,7 +143,7 @@ def _draw_bodies(canvas: Image, tracks: Tracks, row: int, markers: MarkerFile, s
             first = tracks.position_px[:, columns[:2]]
             known = first[np.isfinite(first).all(axis=(1, 2))][0]
             angle = _direction(points[:2]) - _direction(known)
-        for turn, length in ((0.0, 46.0), (-0.5 * np.pi, 46.0)):
+        for turn, length in ((0.0, 60.0), (-0.5 * np.pi, 60.0)):
             tip = points[0] + size * length * np.array([np.cos(angle + turn), np.sin(angle + turn)])
             _arrow(canvas, points[0], tip, colour, size)
 
@@ -165,16 +174,16 @@ def _draw_panel(
         if motion.poses[markers.moving].turns:
             angle = np.degrees(motion.relative_rad[motion_row])
             words += f"  turn {angle:.2f}+/-{np.degrees(st):.2f} deg"
-    _text(canvas, words, (12 * size, base), 0.55 * size, WHITE)
+    _text(canvas, words, (12 * size, base), 0.62 * size, WHITE)
     x = 12 * size
     bottom = canvas.shape[0] - 12 * size
     for status in dict.fromkeys(["seen", "predicted", *map(str, tracks.status[row])]):
-        x += _text(canvas, status, (x, bottom), 0.5 * size, STATUS_COLOURS[status]) + 14 * size
+        x += _text(canvas, status, (x, bottom), 0.62 * size, STATUS_COLOURS[status]) + 14 * size
     for body, colour in ((markers.reference, REFERENCE), (markers.moving, MOVING)):
-        x += _text(canvas, f"axes: {body}", (x, bottom), 0.5 * size, colour) + 14 * size
+        x += _text(canvas, f"axes: {body}", (x, bottom), 0.62 * size, colour) + 14 * size
     if markers.rendered:
-        width = _text_width("rendered", 0.6 * size)
-        _text(canvas, "rendered", (canvas.shape[1] - width - 12 * size, bottom), 0.6 * size, WHITE)
+        width = _text_width("rendered", 0.7 * size)
+        _text(canvas, "rendered", (canvas.shape[1] - width - 12 * size, bottom), 0.7 * size, WHITE)
 
 
 def _fixed(point: Any) -> tuple[int, int]:
@@ -206,16 +215,23 @@ def _text(canvas: Image, words: str, at: Any, scale: float, colour: Colour) -> f
     x = int(min(max(float(at[0]), 2), max(canvas.shape[1] - width - 2, 2)))
     y = int(min(max(float(at[1]), 16 * scale), canvas.shape[0] - 4))
     font = cv2.FONT_HERSHEY_SIMPLEX
-    for ink, thickness in ((BLACK, round(5 * scale) + 1), (colour, max(round(2 * scale), 1))):
-        cv2.putText(canvas, words, (x, y), font, scale, ink, thickness, cv2.LINE_AA)
+    weight = _weight(scale)
+    # A shadow of the same weight all around: a heavier outline would be wider than the letters.
+    for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1), (1, 1)):
+        cv2.putText(canvas, words, (x + dx, y + dy), font, scale, BLACK, weight, cv2.LINE_AA)
+    cv2.putText(canvas, words, (x, y), font, scale, colour, weight, cv2.LINE_AA)
     return width
 
 
 def _text_width(words: str, scale: float) -> float:
     import cv2
 
-    (width, _), _ = cv2.getTextSize(words, cv2.FONT_HERSHEY_SIMPLEX, scale, 2)
+    (width, _), _ = cv2.getTextSize(words, cv2.FONT_HERSHEY_SIMPLEX, scale, _weight(scale))
     return float(width)
+
+
+def _weight(scale: float) -> int:
+    return max(round(2.4 * scale), 1)
 
 
 def _rate(tracks: Tracks) -> float:
