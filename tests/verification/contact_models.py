@@ -11,12 +11,18 @@ import scipy.sparse as sp
 import skfem
 
 from fem2d.body import Body
+from fem2d.contact import RigidContact
+from fem2d.friction import FrictionLaw, NormalLaw
+from fem2d.inertia import Inertia
 from fem2d.kinematics import Plane
 from fem2d.linear import fastest_solver
 from fem2d.march import Commit, MarchStatus, StepSettings, march
+from fem2d.materials.material import compressibility
 from fem2d.materials.neo_hookean import NeoHookean
+from fem2d.materials.ogden import Ogden
 from fem2d.newton import Balance, NewtonSettings
 from fem2d.state import State
+from fem2d.surface import Surface
 from fem2d.system import System
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, rotated
@@ -56,8 +62,8 @@ class LoadedSystem(System):
             residual -= force
             scale = max(scale, np.max(np.abs(force)))
 
-        def matrix() -> sp.csr_matrix:
-            result = plain.matrix()
+        def matrix(safe: bool) -> sp.csr_matrix:
+            result = plain.matrix(safe)
             nodes = self.held // 2
             slots = self.body.pattern.node_pairs(nodes, nodes)
             slots = slots + (self.held % 2) * (self.body.pattern.row_length[nodes] + 1)
@@ -73,7 +79,16 @@ def linear_elastic(young_mpa: float, poisson: float) -> NeoHookean:
 
 
 def block(
-    x, y, material, *, plane=Plane.STRAIN, element="Q4", distortion=0.0, angle=0.0, **options
+    x,
+    y,
+    material,
+    *,
+    plane=Plane.STRAIN,
+    element="Q4",
+    distortion=0.0,
+    angle=0.0,
+    layers=None,
+    **options,
 ) -> Body:
     """A block on the grid lines ``x`` and ``y`` with its four sides named.
 
@@ -88,6 +103,8 @@ def block(
         "top": lambda p: np.isclose(p[1], y[-1]),
     }
     mesh = mesh.with_boundaries(sides)
+    if layers:
+        mesh = mesh.with_subdomains(layers)
     if distortion:
         points = mesh.p.copy()
         rng = np.random.default_rng(4)
@@ -95,9 +112,14 @@ def block(
             inside = (points[axis] > line[0] + 1e-9) & (points[axis] < line[-1] - 1e-9)
             reach = distortion * np.min(np.diff(line))
             points[axis, inside] += rng.uniform(-reach, reach, np.count_nonzero(inside))
-        mesh = type(mesh)(points, mesh.t, _boundaries=mesh.boundaries)
+        mesh = type(mesh)(points, mesh.t, _boundaries=mesh.boundaries, _subdomains=mesh.subdomains)
     if angle:
-        mesh = type(mesh)(rotated(mesh.p.T, angle).T, mesh.t, _boundaries=mesh.boundaries)
+        mesh = type(mesh)(
+            rotated(mesh.p.T, angle).T,
+            mesh.t,
+            _boundaries=mesh.boundaries,
+            _subdomains=mesh.subdomains,
+        )
     return Body.of(mesh, material, plane=plane, element=element, **options)
 
 
@@ -123,8 +145,6 @@ def unknowns(body: Body, side: str, component: int) -> np.ndarray:
 
 def side_pressure(body: Body, side: str, traction: tuple[float, float]) -> np.ndarray:
     """Nodal forces (2n,) of a uniform dead traction, MPa, on a named side."""
-    from fem2d.surface import Surface
-
     surface = Surface(body.edges(side), body.nodes, thickness_mm=body.thickness_mm)
     uniform = np.broadcast_to(np.asarray(traction, float), (*surface.weight.shape, 2))
     force = np.zeros(2 * len(body.nodes))
@@ -163,11 +183,12 @@ def followed(
     newton: NewtonSettings = FINE,
     start: State | None = None,
     end_s: float | None = None,
+    step_s: float | None = None,
     solver=None,
 ) -> list[Commit]:
-    """March in equal increments and return all of them; the march must arrive."""
+    """March in equal increments (or of ``step_s``) and return all of them; it must arrive."""
     last = float(motion.time_s[-1]) if end_s is None else end_s
-    step = last / increments
+    step = last / increments if step_s is None else step_s
     if start is None:
         start = system.state_at_rest(0.0, motion.at(0.0), next_step_s=step)
     commits: list[Commit] = []
@@ -191,3 +212,30 @@ def force_on_tissue(commit: Commit) -> np.ndarray:
     for contact in commit.contacts:
         total += contact.force.reshape(-1, 2).sum(axis=0)
     return total
+
+
+LIP_PRESS = path([0, 1, 2], [[0, 0], [0, -3], [4, -3]])
+"""Three millimetres down, four sideways."""
+
+
+def lip_press(columns=50, rows=40, *, plane=Plane.STRAIN, element="Q4", angle=0.0, **options):
+    """PEERS' benchmark: a circle of radius 4 mm pressed and dragged over a skin-like block.
+
+    20 mm × 12 mm, bottom fixed, the upper tenth Ogden skin of ν = 0.49; friction 1; penalties of
+    10 MPa/mm. ``angle`` turns the whole problem. Returns the system; `LIP_PRESS` is the motion.
+    """
+    x, y = np.linspace(0, 20, columns + 1), np.linspace(0, 12, rows + 1)
+    layers = {"dermis": lambda p: p[1] > 10.8, "bulk": lambda p: p[1] < 10.8}
+    shear, bulk = 0.05, 0.0083734
+    materials = {
+        "dermis": Ogden((shear,), (10.789,), (compressibility(shear, 0.49),)),
+        "bulk": NeoHookean(0.5 * bulk, compressibility(bulk, 0.49)),
+    }
+    body = block(x, y, materials, plane=plane, element=element, angle=angle, layers=layers)
+    top = Surface(body.edges("top"), body.nodes, points_per_edge=options.pop("points", 2))
+    lip = Outline.circle([10, 16], 4).moved(angle, [0, 0])
+    normal = options.pop("normal", NormalLaw(10.0, 1e-9))
+    friction = options.pop("friction", FrictionLaw(1.0, 10.0))
+    held = np.concatenate([unknowns(body, "bottom", 0), unknowns(body, "bottom", 1)])
+    pair = RigidContact("circle", top, lip, normal, friction)
+    return LoadedSystem(body, (pair,), (), Inertia(0.0), held=held, hold=1e4)
