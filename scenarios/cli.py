@@ -15,9 +15,12 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn, cast
 
+from mocap.convert import ConvertOptions
+from scenarios.element import ElementOptions
 from scenarios.progress import Progress, progress_line
+from scenarios.settings import Table, about, split_override, table_from
 from scenarios.spec import (
     Recording,
     Scenario,
@@ -65,7 +68,9 @@ def _convert(options: argparse.Namespace) -> int:
         end_s=options.end,
     )
     with progress_line("convert") as progress:
-        motion = convert_recording(recording, options.out, progress=progress)
+        motion = convert_recording(
+            recording, options.out, tracks=options.tracks, fps=options.fps, progress=progress
+        )
     print(f"{motion.parent}: tracks.csv, motion.csv, boundary_conditions, overlay.mp4")
     return 0
 
@@ -91,6 +96,19 @@ def _replay(options: argparse.Namespace) -> int:
         run = replay_into(scenario, options.out, resume=options.resume, progress=progress)
     print(f"{run.folder}: {run.sentence}")
     return 0 if run.finished else _complain(run.sentence, NOT_FINISHED)
+
+
+def _element(options: argparse.Namespace) -> int:
+    from scenarios.element import element_study, thesis_figures
+
+    if options.thesis:
+        result = thesis_figures(options.out)
+    elif options.material is None:
+        return _complain("no MATERIAL given: name one, or redo the thesis' figures with --thesis")
+    else:
+        result = element_study(options.material, options.out, _settings(ElementOptions, options))
+    print("\n".join([f"{result.folder}: element.csv, element.png", *result.sentences]))
+    return 0
 
 
 def _animate(options: argparse.Namespace) -> int:
@@ -190,12 +208,12 @@ def _parser() -> argparse.ArgumentParser:
     listed = ["commands:"]
 
     def command(
-        name: str, function: Callable[[argparse.Namespace], int], about: str, example: str
+        name: str, function: Callable[[argparse.Namespace], int], does: str, example: str
     ) -> argparse.ArgumentParser:
-        listed.append(f"  {name:<11}{about}")
+        listed.append(f"  {name:<11}{does}")
         added = commands.add_parser(
             name,
-            description=f"{about[0].upper()}{about[1:]}.",
+            description=f"{does[0].upper()}{does[1:]}.",
             epilog=f"example: {example}",
             formatter_class=_Help,
         )
@@ -221,8 +239,11 @@ def _parser() -> argparse.ArgumentParser:
         "--markers", metavar="FILE", type=Path, required=True, help="marker file (TOML)"
     )
     _add_out(convert)
-    convert.add_argument("--start", metavar="S", type=float, help="first time used, s")
-    convert.add_argument("--end", metavar="S", type=float, help="last time used, s")
+    what = {field.name: field.metadata["help"] for field in dataclasses.fields(ConvertOptions)}
+    convert.add_argument("--start", metavar="S", type=float, help=what["start_s"])
+    convert.add_argument("--end", metavar="S", type=float, help=what["end_s"])
+    convert.add_argument("--tracks", metavar="FILE", type=Path, help=what["tracks"])
+    convert.add_argument("--fps", metavar="RATE", type=float, help=what["fps"])
 
     scenarios = command(
         "scenarios",
@@ -256,6 +277,21 @@ def _parser() -> argparse.ArgumentParser:
     )
     _add_set(replay)
 
+    element = command(
+        "element",
+        _element,
+        "pull and press one cube of a material, as in the thesis' section 3.1.1",
+        "drinksim element L2-Ogden/dermis --mode uniaxial --out cube",
+    )
+    element.add_argument(
+        "material", metavar="MATERIAL", nargs="?", help="a library name or a material file"
+    )
+    _add_out(element)
+    _add_settings(element, ElementOptions)
+    element.add_argument(
+        "--thesis", action="store_true", help="redo the thesis' Figures 3.7 to 3.9 instead"
+    )
+
     animate = command(
         "animate",
         _animate,
@@ -271,6 +307,25 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.epilog = "\n".join([*listed, "", "example: drinksim demo --out demo"])
     return parser
+
+
+def _add_settings(parser: argparse.ArgumentParser, table: type[object]) -> None:
+    """Add one option for every setting of a table."""
+    for field in dataclasses.fields(cast(Any, table)):
+        parser.add_argument(
+            "--" + field.name.replace("_", "-"),
+            metavar=None if field.metadata["choices"] else "VALUE",
+            choices=field.metadata["choices"],
+            help=f"{about(field)} (default: {field.default})".replace("%", "%%"),
+        )
+
+
+def _settings(table: type[Table], options: argparse.Namespace) -> Table:
+    """Return the table of the options that :func:`_add_settings` added, checked."""
+    names = [field.name for field in dataclasses.fields(cast(Any, table))]
+    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    values = {name: split_override(f"{name}={text}")[1] for name, text in given.items()}
+    return table_from(table, values, where="")
 
 
 def _add_out(parser: argparse.ArgumentParser) -> None:

@@ -26,7 +26,7 @@ def partial_directory(out: Path) -> Path:
     return out.with_name(out.name + PARTIAL)
 
 
-def check_usable(out: Path) -> None:
+def check_replaceable(out: Path) -> None:
     """Refuse, with an :class:`OutputError`, a directory that cannot be written or is not ours."""
     if not out.name:
         raise OutputError(f"--out {str(out)!r} names no directory of its own: give a new name")
@@ -48,7 +48,7 @@ def check_writable(out: Path) -> None:
 
 def put_in_place(partial: Path, out: Path) -> None:
     """Move a complete directory to ``out``; an earlier result gives way at the last moment."""
-    check_usable(out)
+    check_replaceable(out)
     if out.exists():
         outdated = out.with_name(out.name + ".outdated")
         shutil.rmtree(outdated, ignore_errors=True)
@@ -57,6 +57,23 @@ def put_in_place(partial: Path, out: Path) -> None:
         shutil.rmtree(outdated)
     else:
         partial.rename(out)
+
+
+@contextmanager
+def directory_at_once(out: Path) -> Iterator[Path]:
+    """Yield a new directory to fill; it becomes ``out`` if the block succeeds and else disappears.
+
+    Raises :class:`OutputError`, before the block is entered, if ``out`` may not be replaced.
+    """
+    check_replaceable(out)
+    partial = partial_directory(out)
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    try:
+        yield partial
+        put_in_place(partial, out)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 @contextmanager

@@ -133,13 +133,32 @@ class HistoryStrip:
             ]
             for _, colour in self._curves
         ]
-        self.artists: list[Artist] = [self._line, *self._dots]
+        self._values = [
+            axes.annotate(
+                "",
+                (start, 0.0),
+                xytext=(9, 0),
+                textcoords="offset points",
+                va="center",
+                size=size,
+                weight="bold",
+                color=colour,
+                path_effects=HALO,
+                zorder=5,
+                annotation_clip=False,
+            )
+            for _, colour in self._curves
+        ]
+        self.artists: list[Artist] = [self._line, *self._dots, *self._values]
 
     def show(self, time_s: float) -> None:
         """Move the cursor to a time, s."""
         self._line.set_xdata([time_s, time_s])
-        for dot, (output, _) in zip(self._dots, self._curves, strict=True):
-            dot.set_data([time_s], [output.at(time_s)])
+        for dot, text, (output, _) in zip(self._dots, self._values, self._curves, strict=True):
+            value = output.at(time_s)
+            dot.set_data([time_s], [value])
+            text.xy = (time_s, value)
+            text.set_text(f"{value:.0f}" if value >= 0.5 else "")
 
     def mark(self, times_s: Sequence[float], *, size: float) -> None:
         """Mark instants, s, by number, instead of the cursor."""
@@ -166,7 +185,7 @@ def colour_bars(
         bar = figure.colorbar(colours, cax=axes, orientation="horizontal")
         lowest = colours.get_clim()[0] or 0.0
         bar.set_ticks(
-            [lowest, highest / 2, highest], labels=["0", f"{highest / 2:g}", f"{highest:g}"]
+            [lowest, highest / 2, highest], labels=["0", f"{highest / 2:g}", f"≥ {highest:g}"]
         )
         bar.outline.set_visible(False)
         axes.tick_params(labelsize=size, colors=INK, length=3, pad=2)
@@ -183,11 +202,12 @@ def _framed(axes: Axes) -> Axes:
 
 
 def _label(axes: Axes, text: str) -> Artist:
-    return axes.text(
-        0.018,
-        0.972,
+    return axes.annotate(
         text,
-        transform=axes.transAxes,
+        (0.0, 1.0),
+        xycoords="axes fraction",
+        xytext=(9, -9),
+        textcoords="offset points",
         ha="left",
         va="top",
         size=12,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mocap.convert import convert
 from scenarios.drinking import replay
-from scenarios.output import check_usable
+from scenarios.output import check_replaceable
 from scenarios.progress import Progress
 from scenarios.solution import Increment
 from scenarios.spec import MotionFile, Recording, Scenario, ScenarioError, resolved_toml
@@ -27,9 +27,19 @@ class Run:
     sentence: str
 
 
-def convert_recording(recording: Recording, out: Path, *, progress: Progress) -> Path:
-    """Convert a recording into the directory ``out`` and return its ``motion.csv``."""
-    check_usable(out)
+def convert_recording(
+    recording: Recording,
+    out: Path,
+    *,
+    tracks: Path | None = None,
+    fps: float | None = None,
+    progress: Progress,
+) -> Path:
+    """Convert a recording into the directory ``out`` and return its ``motion.csv``.
+
+    ``tracks`` and ``fps`` are those of :func:`mocap.convert.convert`.
+    """
+    check_replaceable(out)
 
     def say(what: str, done: int, total: int) -> None:
         progress(done / total if total else 0.0, what)
@@ -40,6 +50,8 @@ def convert_recording(recording: Recording, out: Path, *, progress: Progress) ->
         out,
         start_s=recording.start_s,
         end_s=recording.end_s,
+        tracks=tracks,
+        fps=fps,
         progress=say,
     )
     return out / "motion.csv"

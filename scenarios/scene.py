@@ -291,21 +291,19 @@ def _refined(line: Array, spacing_mm: float) -> Array:
 def colour_limits(solution: Solution, shown: Shown, samples: int = 24) -> tuple[float, float]:
     """Return round upper limits of the dermis' colours (its unit) and of pressure (kPa).
 
-    The dermis' limit is exceeded by one element in a thousand at the worst increment: single
-    elements in a crease would leave all others pale.
+    What is highest in a crease or at a corner would leave all else pale: the dermis' limit is
+    exceeded by one element in fifty at the worst increment, the pressure's is the peak of the mean
+    over the two most pressed elements.
     """
     names = np.array(solution.model.region_names)[solution.model.region]
     dermis = np.char.endswith(names, "dermis")
     indices = np.unique(np.linspace(0, solution.time_s.size - 1, samples).round().astype(int))
     worst = [
-        float(np.quantile(solution.frame(i).element[shown.field][dermis] * shown.factor, 0.999))
+        float(np.quantile(solution.frame(i).element[shown.field][dermis] * shown.factor, 0.98))
         for i in indices
     ]
-    pressures = [
-        float(np.quantile(contact.fields["pressure_mpa"].max(axis=1), 0.98)) * 1e3
-        for contact in solution.contact.values()
-    ]
-    return upper_limit(worst), upper_limit(pressures)
+    peaks = [float(solution[f"{lip}_lip_pressure_kpa"].values.max()) for lip in solution.contact]
+    return upper_limit(worst), upper_limit(peaks)
 
 
 def touched_points(solution: Solution) -> Mapping[str, Array]:

@@ -65,18 +65,20 @@ def table_from(
 ) -> Table:
     """Return a table of type ``kind`` with ``values`` laid over ``base`` or over the defaults.
 
-    Raises :class:`SettingError` naming the key (``where`` is the table's name), the value and the
-    remedy if a key is unknown or missing or a value is of the wrong type or out of its range.
+    Raises :class:`SettingError` naming the key (``where`` is the table's name, empty if it has
+    none), the value and the remedy if a key is unknown or missing or a value is of the wrong type
+    or out of its range.
     """
+    prefix = f"{where}." if where else ""
     if not isinstance(values, Mapping):
         raise SettingError(f"[{where}] is {values!r}: write it as a table of key = value lines")
     fields = {f.name: f for f in _fields(kind)}
     hints = typing.get_type_hints(kind)
     for key in values:
         if key not in fields:
-            raise SettingError(f"unknown key {where}.{key}: {nearest(key, fields)}")
+            raise SettingError(f"unknown key {prefix}{key}: {nearest(key, fields)}")
     checked = {
-        key: _checked(value, hints[key], fields[key], f"{where}.{key}")
+        key: _checked(value, hints[key], fields[key], f"{prefix}{key}")
         for key, value in values.items()
     }
     if base is not None:
@@ -84,7 +86,7 @@ def table_from(
     for name, field in fields.items():
         if name not in checked and not _has_default(field):
             about = field.metadata.get("description", "")
-            raise SettingError(f"{where}.{name} is missing: {about or 'it has no default'}")
+            raise SettingError(f"{prefix}{name} is missing: {about or 'it has no default'}")
     return kind(**checked)
 
 

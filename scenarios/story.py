@@ -27,7 +27,7 @@ from scenarios.spec import Recording, read_scenario
 
 Array = NDArray[np.float64]
 
-MARGIN_MM = (30.0, 26.0)
+MARGIN_MM = (24.0, 21.0)
 """How far the view reaches beyond where skin and neck ever touch."""
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidPlacement
-from scenarios.output import check_usable, file_at_once, partial_directory, put_in_place
+from scenarios.output import check_replaceable, file_at_once, partial_directory, put_in_place
 from scenarios.solution import (
     CONTACT_FIELDS,
     ELEMENT_FIELDS,
@@ -54,7 +54,7 @@ class SolutionWriter:
     """
 
     def __init__(self, out: Path, scenario_toml: str, *, resume: bool) -> None:
-        check_usable(out)
+        check_replaceable(out)
         self.out = out
         self.partial = partial_directory(out)
         self._increments = self.partial / "increments"
