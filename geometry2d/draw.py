@@ -199,7 +199,7 @@ def draw_mesh(
                 points[mesh.t.T[elements]],
                 facecolors=colour,
                 edgecolors=palette.mesh if lines else colour,
-                linewidths=0.2,
+                linewidths=0.2 if lines else 0.7,
                 zorder=4,
             )
         )

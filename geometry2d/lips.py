@@ -32,7 +32,7 @@ from geometry2d.curves import (
     stretch,
     through_landmarks,
 )
-from geometry2d.outline import Outline
+from geometry2d.outline import Outline, OutlineError
 from geometry2d.regions import Section
 from geometry2d.rigid import rotated
 
@@ -49,6 +49,8 @@ FOCUS_REACH_MM = 20.0
 """How far out from the lip margin a package may touch, along the skin."""
 INSIDE_HEADING_DEG = 68.0
 """Slope of a lip's inner side where the lip is thickest."""
+FOLD_TO_BONE_MM = 3.5
+"""The fold between lip and jaw stays this far from the hollows A and B of the bone."""
 SUBMENTAL_LENGTH_MM = 22.0
 """How far behind menton the lower section is cut off."""
 
@@ -173,7 +175,10 @@ def upper_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
     front = _in_front_of(
         tooth,
         m.tooth_clearance_mm,
-        start_height=face.upper_incisor[1] + m.upper_crown_mm + m.vestibule_depth_mm,
+        start_height=min(
+            face.upper_incisor[1] + m.upper_crown_mm + m.vestibule_depth_mm,
+            a_height - FOLD_TO_BONE_MM,
+        ),
         end_height=face.upper_inside[1] + INSIDE_RISE_MM,
     )
     bone = through_landmarks(
@@ -239,7 +244,10 @@ def lower_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
         tooth,
         m.tooth_clearance_mm,
         start_height=face.lower_inside[1] - INSIDE_RISE_MM,
-        end_height=face.lower_incisor[1] - m.lower_crown_mm - m.vestibule_depth_mm,
+        end_height=max(
+            face.lower_incisor[1] - m.lower_crown_mm - m.vestibule_depth_mm,
+            face.sulcus[1] + FOLD_TO_BONE_MM,
+        ),
     )
     behind = np.array([-SUBMENTAL_LENGTH_MM, 1.5])
     cut = face.menton + behind
@@ -318,7 +326,7 @@ def _upper_tooth(m: HeadMeasurements, face: ClosedFace, a_bone: Array) -> Outlin
         gum + shift(-depth, 1.5),
         edge + shift(-1.7, 0.5),
     ]
-    return Outline.from_corners(corners, [0.7, 12.0, 8.0, 1.5, 1.5, 3.0, 0.6])
+    return _rounded_tooth("upper", corners, [0.7, 12.0, 8.0, 1.5, 1.5, 3.0, 0.6])
 
 
 def _lower_tooth(m: HeadMeasurements, face: ClosedFace, b_bone: Array) -> Outline:
@@ -336,7 +344,17 @@ def _lower_tooth(m: HeadMeasurements, face: ClosedFace, b_bone: Array) -> Outlin
         gum + shift(-depth, -1.5),
         bottom + shift(-depth - 1.0, -0.5),
     ]
-    return Outline.from_corners(corners, [1.5, 8.0, 12.0, 0.7, 0.6, 3.0, 1.5])
+    return _rounded_tooth("lower", corners, [1.5, 8.0, 12.0, 0.7, 0.6, 3.0, 1.5])
+
+
+def _rounded_tooth(name: str, corners: list[Array], radii: list[float]) -> Outline:
+    try:
+        return Outline.from_corners(corners, radii)
+    except OutlineError as error:
+        raise HeadError(
+            f"the {name} incisor and the jaw behind the lip do not form one body ({error}): bring "
+            f"{name}_lip_thickness_mm and the thickness over the bone closer together"
+        ) from error
 
 
 def _in_front_of(
@@ -350,7 +368,8 @@ def _in_front_of(
         + clearance * (projection.normal[projection.normal[:, 0] > 0.5])
     )
     front = front[np.argsort(front[:, 1], kind="stable")]
-    low, high = sorted((start_height, end_height))
+    # The upper lip's inner side is travelled downwards, and so is the lower's: always from above.
+    low, high = end_height, start_height
     if not front[0, 1] < low < high < front[-1, 1]:
         raise HeadError(
             f"the lip's free inner side would run from {low:.1f} to {high:.1f} mm (from "

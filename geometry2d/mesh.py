@@ -319,15 +319,16 @@ def _section_parts(section: Section, size: MeshSize) -> _Parts:
 
 
 def _section_field(section: Section, size: MeshSize) -> SizeField:
-    layer = cKDTree(np.concatenate([section.curves[c] for c in section.layer_curves]))
+    along = [section.curves[name] for name in section.layer_curves]
+    layer = cKDTree(np.concatenate(along)) if along else None
     focus = cKDTree(section.focus) if len(section.focus) else None
 
     def field(points: Array) -> Array:
-        wished = size.layer_mm + size.gradation * layer.query(points)[0]
-        if focus is not None:
-            near = size.contact_mm + size.gradation * focus.query(points)[0]
-            wished = np.minimum(wished, near)
-        return np.minimum(wished, size.far_mm)
+        wished = np.full(len(points), size.far_mm)
+        for tree, smallest in ((layer, size.layer_mm), (focus, size.contact_mm)):
+            if tree is not None:
+                np.minimum(wished, smallest + size.gradation * tree.query(points)[0], out=wished)
+        return wished
 
     return field
 
