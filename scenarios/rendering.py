@@ -36,8 +36,9 @@ from mocap.synthetic import (
     write_recording,
     write_truth,
 )
-from scenarios.appearance import BACKGROUND, head_body, jaw_body, package_bodies, trunk_body
 from scenarios.choreography import Path, Step
+from scenarios.held_package import package_bodies
+from scenarios.portrait import BACKGROUND, head_body, jaw_body, trunk_body
 from scenarios.settings import table_from
 
 LIBRARY = File(__file__).parent / "library"
@@ -210,10 +211,10 @@ def frames_of(script: Script) -> Iterator[tuple[Frame, Truth]]:
 
 
 def captioned(frame: Frame, text: str) -> Frame:
-    """Return a copy of a frame with a small text in its lower left corner."""
+    """Return a copy of a frame with a small text in its upper right corner."""
     import cv2
 
-    place = (10, frame.shape[0] - 12)
+    place = (frame.shape[1] - 90, 24)
     written = cv2.putText(
         frame.copy(), text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (60, 60, 60), 1, cv2.LINE_AA
     )
