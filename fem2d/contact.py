@@ -59,6 +59,9 @@ class ContactPoints:
     """(m, q, 2) traction on the tissue, MPa per reference length."""
     slope: Array
     """(m, q, 2, 2) derivative of the traction with respect to the position, MPa/mm."""
+    safe_slope: Array
+    """(m, q, 2, 2) symmetric, negative semi-definite stand-in for it: the penalty along the normal
+    and the sticking resistance along the tangent, without the turning of the normal."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +76,6 @@ class ContactResponse:
         (j,) edges that touch; the arrays below belong to them.
     dofs, force
         (j, 2k) degrees of freedom and forces on the tissue, N.
-    stiffness
-        (j, 2k, 2k) derivative of ``force`` with respect to the displacement, N/mm.
     points
         Values at all Gauss points.
     history
@@ -85,7 +86,6 @@ class ContactResponse:
     edges: Index
     dofs: Index
     force: Array
-    stiffness: Array
     points: ContactPoints
     history: ContactHistory
 
@@ -142,7 +142,7 @@ class RigidContact:
             self.friction.coefficient,
             self.friction.stiffness_mpa_per_mm,
         )
-        energy, gap, normal, pressure, shear, slipping, arc, body, traction, slope = raw
+        energy, gap, normal, pressure, shear, slipping, arc, body, traction, slope, safe = raw
         edges = np.flatnonzero(np.any(pressure.reshape(shape) > 0, axis=1))
         points = ContactPoints(
             gap.reshape(shape),
@@ -153,6 +153,7 @@ class RigidContact:
             arc.reshape(shape),
             traction.reshape(*shape, 2),
             slope.reshape(*shape, 2, 2),
+            safe.reshape(*shape, 2, 2),
         )
         dofs, force = self.surface.assembled_force(points.traction[edges], edges)
         return ContactResponse(
@@ -160,10 +161,14 @@ class RigidContact:
             edges=edges,
             dofs=dofs,
             force=force,
-            stiffness=self.surface.assembled_stiffness(points.slope[edges], edges),
             points=points,
             history=ContactHistory(body.reshape(*shape, 2), shear.reshape(shape)),
         )
+
+    def stiffness(self, response: ContactResponse, *, safe: bool = False) -> Array:
+        """Return the derivative (j, 2k, 2k) of ``response.force``, N/mm, or its safe stand-in."""
+        slope = response.points.safe_slope if safe else response.points.slope
+        return self.surface.assembled_stiffness(slope[response.edges], response.edges)
 
     def force_of_moving_body(
         self,
@@ -204,7 +209,7 @@ def _evaluate(
     ramp: float,
     coefficient: float,
     tangential_stiffness: float,
-) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array, Array, Array]:
+) -> tuple[Array, ...]:
     """Evaluate all points of a pair; see `ContactPoints` for the meaning of what is returned."""
     count = position.shape[0]
     energy = np.zeros(count)
@@ -217,6 +222,7 @@ def _evaluate(
     body = np.empty((count, 2))
     traction = np.zeros((count, 2))
     slope = np.zeros((count, 2, 2))
+    safe = np.zeros((count, 2, 2))
     cosine, sine = np.cos(angle), np.sin(angle)
     for i in range(count):
         g, nx, ny, h, arc[i], body[i, 0], body[i, 1], slip, travel = point_gap(
@@ -263,4 +269,8 @@ def _evaluate(
         slope[i, 1, 1] = (
             dp * ny * ny + (p * h + along) * ty * ty + ty * across * ny - tau * h * ny * ty
         )
-    return energy, gap, normal, pressure, shear, slipping, arc, body, traction, slope
+        safe[i, 0, 0] = dp * nx * nx + by_slip * tx * tx
+        safe[i, 0, 1] = dp * nx * ny + by_slip * tx * ty
+        safe[i, 1, 0] = safe[i, 0, 1]
+        safe[i, 1, 1] = dp * ny * ny + by_slip * ty * ty
+    return energy, gap, normal, pressure, shear, slipping, arc, body, traction, slope, safe

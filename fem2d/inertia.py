@@ -35,6 +35,11 @@ class Inertia:
         is harmless as long as the kinetic energy, which every result reports, stays small.
     spectral_radius
         ρ in [0, 1].
+    relaxation_s
+        τ, s: a force ``τ K₀ v``, with the stiffness ``K₀`` of the undeformed body, resists
+        deforming (Rayleigh's stiffness-proportional damping). Inertia holds back what is large,
+        this holds back what is small: a crease that closes or a point that starts to slip then
+        takes a time of order τ instead of none. Motions much slower than τ do not notice.
     """
 
     density_tonne_per_mm3: float = field(
@@ -43,10 +48,15 @@ class Inertia:
     spectral_radius: float = field(
         default=0.0, metadata={"unit": "-", "help": "0 strongest, 1 no numerical damping"}
     )
+    relaxation_s: float = field(
+        default=0.0, metadata={"unit": "s", "help": "relaxation time of the viscous resistance"}
+    )
 
     def __post_init__(self) -> None:
         if self.density_tonne_per_mm3 < 0:
             raise InertiaError(f"density {self.density_tonne_per_mm3} t/mm³ must not be negative")
+        if self.relaxation_s < 0:
+            raise InertiaError(f"relaxation time {self.relaxation_s} s must not be negative")
         if not 0 <= self.spectral_radius <= 1:
             raise InertiaError(f"spectral radius {self.spectral_radius} is outside 0…1")
 

@@ -51,7 +51,7 @@ class StepSettings:
 
     longest_s: float = field(default=0.04, metadata={"unit": "s", "help": "longest step"})
     shortest_s: float = field(default=1e-7, metadata={"unit": "s", "help": "shortest step"})
-    travel_mm: float = field(default=0.15, metadata={"unit": "mm", "help": "motion per step"})
+    travel_mm: float = field(default=0.3, metadata={"unit": "mm", "help": "motion per step"})
     easy_iterations: int = field(default=5, metadata={"help": "iterations of an easy step"})
     hard_iterations: int = field(default=10, metadata={"help": "iterations of a hard step"})
     watch_stability: bool = field(default=False, metadata={"help": "test every state"})
@@ -226,7 +226,7 @@ def _predicted(
         state.displacement, state.placement, state, duration_s, body_moves_to=placement
     )
     try:
-        solver.factorise(balance.matrix())
+        solver.factorise(balance.matrix(False))
     except SingularMatrixError:
         return state.displacement
     step = -solver.solve(balance.residual).reshape(state.displacement.shape)

@@ -14,13 +14,16 @@ from fem2d.linear import DirectSolver, SingularMatrixError
 
 Array = NDArray[np.float64]
 
+LINE_SEARCH_TRIALS = 7
+"""Places tried along one step: each costs an evaluation of forces, a new step three times that."""
+
 
 class NewtonStatus(Enum):
     """How a Newton solve ended; the value says it in words."""
 
     CONVERGED = "the forces balance"
     TOO_MANY_ITERATIONS = "the forces did not balance within the allowed iterations"
-    DIVERGED = "the forces grew from iteration to iteration"
+    STALLED = "the unbalanced forces stopped getting smaller"
     INADMISSIBLE = "no admissible deformation lay along the Newton direction"
     SINGULAR = "the stiffness matrix could not be factorised"
 
@@ -37,17 +40,14 @@ class NewtonSettings:
         Nodal force below which nothing is considered to act, N.
     iterations
         Most iterations before giving up.
-    full_steps
-        Steps taken whole before those that make the forces grow are damped.
-    halvings
-        How often a step is halved if it leads nowhere admissible.
+    patience
+        Iterations in which the unbalanced forces must halve; else the solve has stalled.
     """
 
-    tolerance: float = field(default=1e-8, metadata={"help": "relative force balance"})
+    tolerance: float = field(default=1e-7, metadata={"help": "relative force balance"})
     force_floor_n: float = field(default=1e-4, metadata={"unit": "N", "help": "smallest force"})
-    iterations: int = field(default=20, metadata={"help": "most Newton iterations"})
-    full_steps: int = field(default=3, metadata={"help": "steps taken whole before damping"})
-    halvings: int = field(default=6, metadata={"help": "most halvings of a Newton step"})
+    iterations: int = field(default=25, metadata={"help": "most Newton iterations"})
+    patience: int = field(default=8, metadata={"help": "iterations in which forces must halve"})
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,13 @@ class Balance:
     force_scale
         Largest nodal force that acts, N.
     matrix
-        Builds the derivative of the residual (called only if needed).
+        Builds the derivative of the residual (called only if needed); called with True, a positive
+        definite stand-in for it, whose step leads downhill.
     """
 
     residual: Array
     force_scale: float
-    matrix: Callable[[], sp.csr_matrix]
+    matrix: Callable[[bool], sp.csr_matrix]
 
 
 @dataclass(frozen=True)
@@ -103,10 +104,11 @@ def solve(
 ) -> NewtonResult:
     """Return the displacement (n, 2) at which the residual of ``balance_at`` vanishes.
 
-    The first steps are full ones, halved only where they lead to an inadmissible deformation:
-    contact that opens and closes makes a strict descent condition refuse good steps. Later ones
-    that do not make the forces smaller are halved too, which ends the cycles into which points
-    between stick and slip, or open and closed, can draw a full Newton method.
+    The residual has no potential (friction), so steps are judged by their work: with the step ``s``
+    and the residual ``r``, the work ``s·r`` is negative at the start of a step that leads downhill
+    and vanishes where it should end (Crisfield 1982). A step that overshoots, as when it runs into
+    contact, is shortened until most of that work is used up. A step that leads uphill, which an
+    indefinite tangent can produce, is replaced by one from the safe tangent.
     """
     displacement = start
     balance = balance_at(displacement)
@@ -115,29 +117,71 @@ def solve(
         return NewtonResult(NewtonStatus.INADMISSIBLE, displacement, tuple(norms))
     for _ in range(settings.iterations):
         try:
-            solver.factorise(balance.matrix())
-            step = -solver.solve(balance.residual).reshape(start.shape)
+            step, work = _downhill_step(balance, solver)
         except SingularMatrixError:
             return NewtonResult(NewtonStatus.SINGULAR, displacement, tuple(norms))
-        patient = len(norms) > settings.full_steps
-        best: tuple[float, Array, Balance] | None = None
-        for halving in range(settings.halvings + 1):
-            trial = displacement + 0.5**halving * step
-            there = balance_at(trial)
-            norm = _norm(there)
-            if np.isfinite(norm) and (best is None or norm < best[0]):
-                best = (norm, trial, there)
-            if best is not None and (not patient or best[0] < 0.9 * norms[-1] or halving > 1):
-                break
-        if best is None:
+        found = _along(balance_at, displacement, step.reshape(start.shape), work, norms[-1])
+        if found is None:
             return NewtonResult(NewtonStatus.INADMISSIBLE, displacement, tuple(norms))
-        norm, displacement, balance = best
-        norms.append(norm)
-        if norm <= settings.tolerance * max(balance.force_scale, settings.force_floor_n):
+        displacement, balance = found
+        norms.append(_norm(balance))
+        if norms[-1] <= settings.tolerance * max(balance.force_scale, settings.force_floor_n):
             return NewtonResult(NewtonStatus.CONVERGED, displacement, tuple(norms))
-        if len(norms) > 8 and norms[-1] > 0.5 * min(norms[-9:-4]):
-            return NewtonResult(NewtonStatus.DIVERGED, displacement, tuple(norms))
+        if len(norms) > settings.patience and min(norms[-settings.patience :]) > 0.5 * min(
+            norms[: -settings.patience]
+        ):
+            return NewtonResult(NewtonStatus.STALLED, displacement, tuple(norms))
     return NewtonResult(NewtonStatus.TOO_MANY_ITERATIONS, displacement, tuple(norms))
+
+
+def _downhill_step(balance: Balance, solver: DirectSolver) -> tuple[Array, float]:
+    """Return a Newton step (n_dof,) and the negative work of the residual on it."""
+    for safe in (False, True):
+        solver.factorise(balance.matrix(safe))
+        step = -solver.solve(balance.residual)
+        work = float(step @ balance.residual)
+        if work < 0:
+            break
+    return step, work
+
+
+def _along(
+    balance_at: Callable[[Array], Balance],
+    displacement: Array,
+    step: Array,
+    work: float,
+    norm: float,
+) -> tuple[Array, Balance] | None:
+    """Return how far to go along a step, and the balance there; None if no place is admissible."""
+    share, below, work_below = 1.0, 0.0, work
+    above = work_above = np.inf
+    for trial in range(LINE_SEARCH_TRIALS):
+        there = balance_at(displacement + share * step)
+        norm_there = _norm(there)
+        if not np.isfinite(norm_there):
+            above, work_above = share, np.inf
+            share = below + 0.3 * (share - below)
+            continue
+        work_there = float(step.ravel() @ there.residual)
+        last = trial == LINE_SEARCH_TRIALS - 1
+        if last or abs(work_there) <= 0.7 * abs(work) or norm_there < 0.5 * norm:
+            return displacement + share * step, there
+        if work_there < 0:
+            if share == 1.0:
+                return displacement + step, there
+            below, work_below = share, work_there
+        else:
+            above, work_above = share, work_there
+        share = _between(below, work_below, above, work_above)
+    return None
+
+
+def _between(below: float, work_below: float, above: float, work_above: float) -> float:
+    """Return where the work would vanish if it were linear, kept off the ends of the bracket."""
+    if not np.isfinite(work_above) or work_above == work_below:
+        return 0.5 * (below + above)
+    secant = -work_below / (work_above - work_below)
+    return below + float(np.clip(secant, 0.1, 0.9)) * (above - below)
 
 
 def _norm(balance: Balance) -> float:

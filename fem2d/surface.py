@@ -107,8 +107,9 @@ class Surface:
 
     def assembled_stiffness(self, slope: Array, edges: Index) -> Array:
         """Return blocks (j, 2k, 2k), N/mm, of traction derivatives (j, q, 2, 2), MPa/mm."""
-        size = self.dofs.shape[1]
-        block = np.einsum(
-            "qa,qb,mq,mqcd->macbd", self.shape, self.shape, self.weight[edges], slope, optimize=True
-        )
-        return block.reshape(len(edges), size, size)
+        count, points, nodes = len(edges), len(self.shape), self.shape.shape[1]
+        pairs = np.einsum("qa,qb->qab", self.shape, self.shape).reshape(points, nodes * nodes)
+        weighted = (self.weight[edges][:, :, None, None] * slope).reshape(count, points, 4)
+        block = np.swapaxes(weighted, 1, 2) @ pairs
+        ordered = block.reshape(count, 2, 2, nodes, nodes).transpose(0, 3, 1, 4, 2)
+        return ordered.reshape(count, 2 * nodes, 2 * nodes)

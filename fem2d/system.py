@@ -54,6 +54,8 @@ class System:
     inertia: Inertia
     tie_stiffness: sp.csr_matrix = field(init=False, repr=False, compare=False)
     mass: sp.csr_matrix = field(init=False, repr=False, compare=False)
+    viscosity: sp.csr_matrix = field(init=False, repr=False, compare=False)
+    """τ K₀, N s/mm."""
 
     def __post_init__(self) -> None:
         pattern = self.body.pattern
@@ -64,6 +66,9 @@ class System:
         object.__setattr__(self, "tie_stiffness", pattern.matrix(data))
         mass = self.body.mass(self.inertia.density_tonne_per_mm3)
         object.__setattr__(self, "mass", pattern.matrix(mass))
+        undeformed = self.body.response(np.zeros_like(self.body.nodes)).stiffness
+        viscosity = pattern.matrix(self.inertia.relaxation_s * undeformed)
+        object.__setattr__(self, "viscosity", viscosity)
 
     def state_at_rest(
         self, time_s: float, placement: RigidPlacement, *, next_step_s: float
@@ -98,10 +103,10 @@ class System:
         With ``body_moves_to`` the moving body is about to go from ``placement`` there, and the
         forces hold what that motion adds to first order.
         """
-        response = self.body.response(displacement)
+        response = self.body.energy_and_force(displacement)
         if not np.isfinite(response.energy):
             nothing = np.full(displacement.size, np.inf)
-            return Balance(nothing, 0.0, lambda: self.mass)
+            return Balance(nothing, 0.0, lambda safe: self.mass)
         touching = self.contact_responses(displacement, placement, before)
         contact_force = np.zeros(displacement.size)
         for pair, touch in zip(self.contacts, touching, strict=True):
@@ -112,6 +117,7 @@ class System:
         tie_force = self.tie_stiffness @ displacement.ravel()
         residual = response.force + tie_force - contact_force
         scale = max(float(np.max(np.abs(contact_force))), float(np.max(np.abs(tie_force))))
+        residual += self.viscosity @ (displacement - before.displacement).ravel() / duration_s
         pull = 0.0
         if self.inertia.density_tonne_per_mm3 > 0:
             pull, free = self.inertia.pull(before, duration_s)
@@ -119,8 +125,10 @@ class System:
             residual += inertial
             scale = max(scale, float(np.max(np.abs(inertial))))
 
-        def matrix() -> sp.csr_matrix:
-            return self._tangent(response.stiffness + pull * self.mass.data, touching)
+        def matrix(safe: bool) -> sp.csr_matrix:
+            resisting = pull * self.mass.data + self.viscosity.data / duration_s
+            of_body = self.body.response(displacement, projected=safe).stiffness
+            return self._tangent(of_body + resisting, touching, safe=safe)
 
         return Balance(residual, scale, matrix)
 
@@ -130,11 +138,15 @@ class System:
         """Return the tangent without inertia (2n, 2n), N/mm, at a displacement (n, 2), mm."""
         return self._tangent(self.body.response(displacement).stiffness, touching)
 
-    def _tangent(self, of_body: Array, touching: tuple[ContactResponse, ...]) -> sp.csr_matrix:
+    def _tangent(
+        self, of_body: Array, touching: tuple[ContactResponse, ...], *, safe: bool = False
+    ) -> sp.csr_matrix:
         pattern = self.body.pattern
         data = of_body + self.tie_stiffness.data
-        for touch in touching:
-            np.subtract.at(data, pattern.slots(touch.dofs), touch.stiffness)
+        for pair, touch in zip(self.contacts, touching, strict=True):
+            if touch.edges.size:
+                blocks = pair.stiffness(touch, safe=safe)
+                np.subtract.at(data, pattern.slots(touch.dofs), blocks)
         return pattern.matrix(data)
 
     def energies(self, state: State) -> Energies:

@@ -1,0 +1,489 @@
+"""The replay of a sip: lips, neck and teeth from a scenario, followed from first touch to release.
+
+`replay` writes nothing: it hands every committed increment to its caller.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.body import Body
+from fem2d.contact import ContactHistory, ContactResponse, RigidContact
+from fem2d.friction import FrictionLaw, NormalLaw
+from fem2d.inertia import Inertia
+from fem2d.kinematics import Plane
+from fem2d.linear import fastest_solver
+from fem2d.march import Commit, MarchStatus, StepSettings, march
+from fem2d.materials.library import configuration
+from fem2d.materials.material import Material
+from fem2d.state import State
+from fem2d.surface import Surface
+from fem2d.system import System
+from fem2d.tie import ElasticTie
+from geometry2d.head import HeadSection, head_section
+from geometry2d.mesh import LEVELS, section_mesh
+from geometry2d.neck import NeckSection, neck_section
+from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
+from scenarios.measures import ContactLine
+from scenarios.solution import LIPS, ContactField, Increment, Model
+from scenarios.spec import Scenario, ScenarioError
+
+Array = NDArray[np.float64]
+
+BONE_STIFFNESS_MPA_PER_MM = 1.0
+"""Elastic layer that ties tissue to bone: some 20 times stiffer than 10 mm of bulk tissue."""
+
+NEAR_MM = 2.0
+"""The replay starts when the neck comes this close to a lip, and ends when it has left that zone."""
+
+AFTER_RELEASE_S = 0.2
+"""How long the lips are followed after the neck has gone."""
+
+DENSITY_TONNE_PER_MM3 = 1e-6
+"""A thousand times tissue's: carries the lips through snap-back, see docs/solver.md."""
+
+WALLS = ("upper_wall", "lower_wall")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a replay ended.
+
+    Attributes
+    ----------
+    finished
+        Whether the whole motion was replayed.
+    sentence
+        What happened, in words.
+    about
+        Numbers for the summary: sizes, largest penetration, energies.
+    """
+
+    finished: bool
+    sentence: str
+    about: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Observed:
+    """What the recording says about where head and neck are.
+
+    Attributes
+    ----------
+    neck
+        Motion of the neck frame in the head frame of the recording.
+    head_angle_rad
+        Turn of the head section from its own frame into the head frame of the recording.
+    """
+
+    neck: RigidMotion
+    head_angle_rad: float
+
+
+@dataclass(frozen=True)
+class Lips:
+    """The mechanical model of a scenario, and what its parts are called."""
+
+    scenario: Scenario
+    head: HeadSection
+    neck: NeckSection
+    head_angle_rad: float
+
+    @cached_property
+    def body(self) -> Body:
+        """Both lips, meshed, in the head frame."""
+        solver = self.scenario.solver
+        mesh = section_mesh((self.head.upper, self.head.lower), LEVELS[solver.resolution])
+        turned = type(mesh)(
+            np.ascontiguousarray(rotated(mesh.p.T, self.head_angle_rad).T),
+            mesh.t,
+            _boundaries=mesh.boundaries,
+            _subdomains=mesh.subdomains,
+        )
+        return Body.of(
+            turned,
+            _materials(self.scenario.skin.configuration),
+            plane=Plane.STRESS if solver.plane == "stress" else Plane.STRAIN,
+            thickness_mm=solver.thickness_mm,
+        )
+
+    def surface(self, name: str) -> Surface:
+        """Return a named stretch of boundary with its integration points."""
+        body = self.body
+        return Surface(body.edges(name), body.nodes, self.scenario.solver.thickness_mm)
+
+    @cached_property
+    def system(self) -> System:
+        """Lips, ties, and what they touch."""
+        contact = self.scenario.contact
+        normal = NormalLaw()
+        neck, teeth = FrictionLaw(contact.friction), FrictionLaw(contact.teeth_friction)
+        pairs = [
+            RigidContact(f"{lip} lip on {wall}", skin, getattr(self.neck, wall), normal, neck)
+            for lip, skin in ((lip, self.surface(f"{lip}_skin")) for lip in LIPS)
+            for wall in WALLS
+        ]
+        for lip in LIPS:
+            tooth = getattr(self.head, f"{lip}_tooth").moved(self.head_angle_rad, (0.0, 0.0))
+            pairs += [
+                RigidContact(
+                    f"{lip} {part} on {lip}_tooth",
+                    self.surface(f"{lip}_{part}"),
+                    tooth,
+                    normal,
+                    teeth,
+                    moving=False,
+                )
+                for part in ("inner", "skin")
+            ]
+        ties = tuple(
+            ElasticTie(
+                f"{lip}_{part}",
+                self.surface(f"{lip}_{part}"),
+                BONE_STIFFNESS_MPA_PER_MM,
+                self.scenario.head.tie_fade_mm if part == "bone" else 0.0,
+            )
+            for lip in LIPS
+            for part in ("bone", "cut")
+        )
+        return System(self.body, tuple(pairs), ties, Inertia(DENSITY_TONNE_PER_MM3))
+
+    @cached_property
+    def model(self) -> Model:
+        """Return the section as the solution keeps it."""
+        body = self.body
+        names = tuple(f"{lip}_{part}" for lip in LIPS for part in ("dermis", "bulk"))
+        region = np.zeros(len(body.tables.connectivity), np.int64)
+        for number, name in enumerate(names):
+            region[body.elements_of(name)] = number
+        turned = {
+            name: rotated(line, self.head_angle_rad)
+            for name, line in {
+                "upper_tooth": self.head.upper_tooth.sampled(0.2),
+                "lower_tooth": self.head.lower_tooth.sampled(0.2),
+                "upper_jaw": self.head.upper_jaw,
+                "lower_jaw": self.head.lower_jaw,
+                "profile": self.head.profile,
+            }.items()
+        }
+        walls = {wall: getattr(self.neck, wall).sampled(0.1) for wall in WALLS}
+        walls["package"] = self.neck.silhouette
+        return Model(
+            nodes=body.nodes,
+            triangles=body.tables.connectivity,
+            region=region,
+            region_names=names,
+            skin={lip: body.edges(f"{lip}_skin") for lip in LIPS},
+            outlines=turned | walls,
+        )
+
+
+def observed(scenario: Scenario, neck: NeckSection, head: HeadSection) -> Observed:
+    """Return the neck's motion in the head frame from the files of `drinksim convert`.
+
+    Raises
+    ------
+    ScenarioError
+        If the motion file or the summary beside it is missing or incomplete.
+    """
+    if scenario.motion is None:
+        raise ScenarioError(
+            f"scenario {scenario.name!r} has no motion yet: convert its recording first"
+        )
+    file = Path(scenario.motion.file)
+    axes = _recorded_axes(file.with_name("summary.json"))
+    columns = _columns(file, ("time_s", "rel_x_mm", "rel_y_mm", "rel_theta_deg"))
+    marks = np.asarray(neck.upper_mark) - np.asarray(neck.lower_mark)
+    nose = head.landmarks["nose"] - head.landmarks["ear"]
+    place = scenario.placement
+    shift = [0.0 if isinstance(s, str) else s for s in (place.shift_x_mm, place.shift_y_mm)]
+    turn = 0.0 if isinstance(place.turn_deg, str) else place.turn_deg
+    angle = np.deg2rad(columns["rel_theta_deg"] + axes["package_axis_deg"] + turn) - _angle(marks)
+    position = np.column_stack([columns["rel_x_mm"], columns["rel_y_mm"]]) + shift
+    motion = RigidMotion.of_reference_point(
+        columns["time_s"], angle, position, np.asarray(neck.lower_mark)
+    )
+    return Observed(motion, float(np.deg2rad(axes["head_axis_deg"]) - _angle(nose)))
+
+
+def replay(
+    scenario: Scenario,
+    *,
+    on_model: Callable[[Model], None] = lambda model: None,
+    on_increment: Callable[[Increment], None],
+    resume_from: Increment | None = None,
+    progress: Callable[[float, str], None] = lambda share, what: None,
+) -> Outcome:
+    """Replay a scenario whose motion is known, and return how it went.
+
+    Parameters
+    ----------
+    scenario
+        With its ``motion`` set.
+    on_model, on_increment
+        Called with the undeformed section once, then with every committed increment.
+    resume_from
+        The last increment of an interrupted replay of the same scenario; the rest comes out bit
+        for bit as if it had not been interrupted.
+    progress
+        Called with the share of the motion that is done.
+
+    Raises
+    ------
+    ScenarioError
+        If the motion is missing, or never brings the neck near the lips.
+    """
+    neck, head = neck_section(scenario.package.measurements), head_section(scenario.head)
+    seen = observed(scenario, neck, head)
+    lips = Lips(scenario, head, neck, seen.head_angle_rad)
+    progress(0.0, "meshing the lips")
+    system = lips.system
+    start_s, end_s = _contact_period(system, seen.neck)
+    steps = StepSettings()
+    if resume_from is None:
+        state = system.state_at_rest(start_s, seen.neck.at(start_s), next_step_s=steps.longest_s)
+        on_model(lips.model)
+    else:
+        state = _restored(resume_from, len(system.contacts))
+    diary = _Diary(lips, start_s, end_s)
+
+    def commit(done: Commit) -> None:
+        increment = diary.increment(done)
+        on_increment(increment)
+        progress(increment.relative_time, "following the neck")
+
+    result = march(
+        system,
+        seen.neck,
+        state,
+        solver=fastest_solver(),
+        end_s=end_s,
+        steps=steps,
+        on_commit=commit,
+    )
+    finished = result.status is MarchStatus.FINISHED
+    sentence = (
+        f"{result.status.value} in {result.increments} increments "
+        f"({result.iterations} iterations, {result.cutbacks} cutbacks)"
+    )
+    if not finished:
+        sentence += f", stopped at {result.state.time_s:.3f} s of {end_s:.3f} s"
+    return Outcome(finished, sentence, diary.about())
+
+
+class _Diary:
+    """Turns commits into increments and remembers the extremes for the summary."""
+
+    def __init__(self, lips: Lips, start_s: float, end_s: float) -> None:
+        self._lips = lips
+        self._start_s, self._end_s = start_s, end_s
+        body = lips.body
+        self._dermis = np.concatenate([body.elements_of(f"{lip}_dermis") for lip in LIPS])
+        self._deepest_neck = self._deepest_tooth = self._imbalance = self._restlessness = 0.0
+
+    def increment(self, commit: Commit) -> Increment:
+        state, lips = commit.state, self._lips
+        fields = lips.body.fields(state.displacement)
+        volume = fields.volume / fields.volume.sum(axis=1, keepdims=True)
+        strain = fields.log_strain
+        lines = {lip: self._line(lip, commit) for lip in LIPS}
+        history = {
+            "dermis_min_log_strain": float(strain[self._dermis].min()),
+            "dermis_max_log_strain": float(strain[self._dermis].max()),
+            "dermis_max_mises_kpa": 1e3 * float(fields.von_mises[self._dermis].max()),
+        }
+        for lip, line in lines.items():
+            force = self._force_on_neck(lip, commit)
+            history |= {
+                f"{lip}_lip_pressure_kpa": 1e3 * line.top_two_edges(),
+                f"{lip}_lip_window_kpa": 1e3 * line.highest_window(),
+                f"{lip}_lip_contact_mm": line.contact_length(),
+                f"{lip}_lip_force_x_n": float(force[0]),
+                f"{lip}_lip_force_y_n": float(force[1]),
+            }
+        self._remember(commit)
+        return Increment(
+            time_s=state.time_s,
+            relative_time=(state.time_s - self._start_s) / (self._end_s - self._start_s),
+            placement=state.placement,
+            displacement=state.displacement,
+            element={
+                "log_strain_min": np.sum(volume * strain.min(axis=-1), axis=1),
+                "log_strain_max": np.sum(volume * strain.max(axis=-1), axis=1),
+                "von_mises_mpa": np.sum(volume * fields.von_mises, axis=1),
+            },
+            contact={lip: self._field(lip, commit) for lip in LIPS},
+            history=history,
+            newton_iterations=commit.newton.iterations,
+            cutbacks=commit.cutbacks,
+            state=_kept(state),
+        )
+
+    def about(self) -> dict[str, Any]:
+        body = self._lips.body
+        return {
+            "elements": len(body.tables.connectivity),
+            "nodes": len(body.nodes),
+            "largest_penetration_neck_mm": self._deepest_neck,
+            "largest_penetration_teeth_mm": self._deepest_tooth,
+            "largest_unbalanced_force_share": self._imbalance,
+            "largest_kinetic_to_strain_energy": self._restlessness,
+        }
+
+    def _pairs(self, lip: str, commit: Commit) -> list[tuple[RigidContact, ContactResponse]]:
+        system = self._lips.system
+        return [
+            (pair, touch)
+            for pair, touch in zip(system.contacts, commit.contacts, strict=True)
+            if pair.moving and pair.name.startswith(lip)
+        ]
+
+    def _line(self, lip: str, commit: Commit) -> ContactLine:
+        pairs = self._pairs(lip, commit)
+        surface = pairs[0][0].surface
+        reference = surface.weight / surface.thickness_mm
+        pressure = np.sum([touch.points.pressure for _, touch in pairs], axis=0)
+        length = reference * surface.stretch(commit.state.displacement)
+        return ContactLine(pressure * reference, length)
+
+    def _force_on_neck(self, lip: str, commit: Commit) -> Array:
+        force = np.zeros(2)
+        for _, touch in self._pairs(lip, commit):
+            force -= touch.force.reshape(-1, 2).sum(axis=0)
+        return force
+
+    def _field(self, lip: str, commit: Commit) -> ContactField:
+        pairs = self._pairs(lip, commit)
+        surface = pairs[0][0].surface
+        stretch = surface.stretch(commit.state.displacement)
+        nearest = np.argmin([touch.points.gap for _, touch in pairs], axis=0)
+
+        def chosen(name: str) -> Array:
+            values = np.stack([getattr(touch.points, name) for _, touch in pairs])
+            return np.take_along_axis(values, nearest[None], axis=0)[0]
+
+        pressure = chosen("pressure") / stretch
+        arc = np.where(pressure > 0, chosen("outline_arc"), np.nan)
+        return ContactField(
+            arc_mm=surface.arc_length.ravel(),
+            pressure_mpa=pressure.ravel(),
+            shear_mpa=(chosen("shear") / stretch).ravel(),
+            gap_mm=chosen("gap").ravel(),
+            neck_arc_mm=arc.ravel(),
+        )
+
+    def _remember(self, commit: Commit) -> None:
+        system = self._lips.system
+        for pair, touch in zip(system.contacts, commit.contacts, strict=True):
+            deepest = max(0.0, -float(np.min(touch.points.gap)))
+            if pair.moving:
+                self._deepest_neck = max(self._deepest_neck, deepest)
+            else:
+                self._deepest_tooth = max(self._deepest_tooth, deepest)
+        energies = system.energies(commit.state)
+        touching = any(touch.edges.size for touch in commit.contacts)
+        if touching and energies.strain > 0:
+            self._restlessness = max(self._restlessness, energies.kinetic / energies.strain)
+
+
+def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
+    """Return when the neck comes near the undeformed lips, and when it has left them for good."""
+    times = np.linspace(motion.time_s[0], motion.time_s[-1], 4 * motion.time_s.size)
+    nothing = np.zeros_like(system.body.nodes)
+    near = []
+    for time in times:
+        place = motion.at(float(time))
+        gaps = [
+            np.min(pair.outline.project(place.pull_back(pair.surface.positions(nothing)).reshape(-1, 2)).distance)
+            for pair in system.contacts
+            if pair.moving
+        ]
+        near.append(min(gaps) < NEAR_MM)
+    if not any(near):
+        raise ScenarioError(
+            f"the neck never comes nearer than {NEAR_MM:g} mm to a lip: check the marker file's "
+            "scale, or shift the package with --set placement.shift_x_mm=…"
+        )
+    first, last = int(np.argmax(near)), len(near) - 1 - int(np.argmax(near[::-1]))
+    return (
+        float(times[max(first - 1, 0)]),
+        float(min(times[min(last + 1, len(times) - 1)] + AFTER_RELEASE_S, times[-1])),
+    )
+
+
+def _materials(name: str) -> dict[str, Material]:
+    layers = list(configuration(name).values())
+    if len(layers) > 2:
+        raise ScenarioError(
+            f"skin.configuration = {name!r} has {len(layers)} layers, the lips have two: "
+            "choose L1, L2-GOH or L2-Ogden"
+        )
+    parts = {"dermis": layers[0], "bulk": layers[-1]}
+    return {f"{lip}_{part}": material for lip in LIPS for part, material in parts.items()}
+
+
+def _recorded_axes(summary: Path) -> dict[str, float]:
+    wanted = ("package_axis_deg", "head_axis_deg")
+    try:
+        document = json.loads(summary.read_text(encoding="utf-8"))
+        return {name: float(document["first_frame"][name]) for name in wanted}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ScenarioError(
+            f"{summary} does not say how head and neck were turned in the first frame "
+            f"({type(error).__name__}): make motion.csv with drinksim convert and keep its "
+            "summary.json beside it"
+        ) from error
+
+
+def _columns(file: Path, names: tuple[str, ...]) -> dict[str, Array]:
+    with file.open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    try:
+        columns = {name: np.array([float(row[name]) for row in rows]) for name in names}
+    except (KeyError, ValueError, TypeError) as error:
+        raise ScenarioError(
+            f"{file} is not a motion file ({error}): it needs the columns {', '.join(names)}"
+        ) from error
+    if len(rows) < 2:
+        raise ScenarioError(f"{file} holds {len(rows)} instants: a motion needs at least two")
+    return columns
+
+
+def _angle(vector: Array) -> float:
+    return float(np.arctan2(vector[1], vector[0]))
+
+
+def _kept(state: State) -> dict[str, Array]:
+    kept = {
+        "velocity": state.velocity,
+        "acceleration": state.acceleration,
+        "next_step_s": np.array(state.next_step_s),
+    }
+    for number, history in enumerate(state.histories):
+        kept[f"body_position_{number}"] = history.body_position
+        kept[f"traction_{number}"] = history.traction
+    return kept
+
+
+def _restored(increment: Increment, pairs: int) -> State:
+    kept = increment.state
+    return State(
+        increment.time_s,
+        RigidPlacement(increment.placement.angle_rad, increment.placement.shift_mm),
+        increment.displacement,
+        kept["velocity"],
+        kept["acceleration"],
+        tuple(
+            ContactHistory(kept[f"body_position_{n}"], kept[f"traction_{n}"]) for n in range(pairs)
+        ),
+        float(kept["next_step_s"]),
+    )

@@ -1,0 +1,56 @@
+"""What is said about a contact in one number: pressures over elements and windows, length, force."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+WINDOW_MM = 0.5
+"""Length of deformed lip over which the window pressure is averaged (DESIGN, files)."""
+
+
+@dataclass(frozen=True)
+class ContactLine:
+    """Normal load along a surface: edges with integration points, in order along the surface.
+
+    Attributes
+    ----------
+    load
+        (m, q) normal force per thickness that each point carries, N/mm.
+    length
+        (m, q) deformed length that each point stands for, mm.
+    """
+
+    load: Array
+    length: Array
+
+    def top_two_edges(self) -> float:
+        """Return the mean pressure, MPa, of the two edges with the highest mean pressure.
+
+        This is the measure of the thesis (Figures 4.16 and 4.17). It rises as edges get shorter.
+        """
+        pressure = np.sort(self.load.sum(axis=1) / self.length.sum(axis=1))
+        return float(np.mean(pressure[-2:]))
+
+    def highest_window(self, window_mm: float = WINDOW_MM) -> float:
+        """Return the highest mean pressure, MPa, over any ``window_mm`` of the deformed surface.
+
+        The pressure is constant over the length that a point stands for, so the load up to a place
+        is piecewise linear and the highest window starts or ends where two points meet.
+        """
+        ends = np.concatenate([[0.0], np.cumsum(self.length.ravel())])
+        load = np.concatenate([[0.0], np.cumsum(self.load.ravel())])
+        if ends[-1] <= window_mm:
+            return float(load[-1] / ends[-1])
+        starts = np.concatenate([ends, ends - window_mm])
+        starts = starts[(starts >= 0) & (starts <= ends[-1] - window_mm)]
+        within = np.interp(starts + window_mm, ends, load) - np.interp(starts, ends, load)
+        return float(np.max(within)) / window_mm
+
+    def contact_length(self) -> float:
+        """Return the deformed length that carries load, mm."""
+        return float(np.sum(self.length[self.load > 0]))
