@@ -80,11 +80,11 @@ def draw_head(
             axes.plot(*part.T, color=palette.profile, linewidth=1.0, zorder=6)
     for jaw in (head.upper_jaw, head.lower_jaw):
         axes.fill(
-            *jaw.T, facecolor=palette.bone, edgecolor=palette.bone_edge, linewidth=0.7, zorder=2
+            *jaw.T, facecolor=palette.bone, edgecolor=palette.bone_edge, linewidth=0.7, zorder=3
         )
     for tooth in (head.upper_tooth, head.lower_tooth):
         draw_outline(
-            axes, tooth, face=palette.tooth, edge=palette.tooth_edge, linewidth=0.8, zorder=3
+            axes, tooth, face=palette.tooth, edge=palette.tooth_edge, linewidth=0.8, zorder=2
         )
     if tissue:
         for lip in (head.upper, head.lower):

@@ -6,10 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.anthropometry import ClosedFace, HeadMeasurements, shift
-from geometry2d.curves import arc_lengths, at_arc_lengths, heading_deg, stretch, through_landmarks
+from geometry2d.curves import (
+    arc_lengths,
+    at_arc_lengths,
+    heading_deg,
+    smoothed,
+    stretch,
+    through_landmarks,
+)
 from geometry2d.lips import Lip, Placing
 
 Array = NDArray[np.float64]
+
+BROW_SMOOTHING_MM = 3.0
 
 
 def face_profile(
@@ -33,6 +42,7 @@ def face_profile(
     """
     nose = stretch(upper.chain, upper.margin, float(arc_lengths(upper.chain)[-1]))[::-1]
     dorsum_deg = heading_deg(nose[:2])
+    bridge = nose[0] - face.nasion
     glabella = np.array([m.glabella_projection_mm, face.nasion[1] + 13.0])
     forehead = in_head(
         through_landmarks(
@@ -41,11 +51,13 @@ def face_profile(
                 glabella + shift(-6.0, 32.0),
                 glabella,
                 face.nasion,
+                face.nasion + 0.45 * bridge + shift(0.7, 0.3),
                 nose[0],
             ],
-            [-42.0, -76.0, -92.0, -86.0, dorsum_deg],
+            [-42.0, -76.0, -92.0, -84.0, heading_deg([shift(0.0, 0.0), bridge]), dorsum_deg],
         )
     )
+    forehead = smoothed(forehead, BROW_SMOOTHING_MM)
     chin = with_jaw(stretch(lower.chain, 0.0, lower.margin)[::-1])
     end = chin[-1]
     neck = through_landmarks(

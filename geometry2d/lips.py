@@ -45,8 +45,8 @@ SMOOTHING_WIDTH_MM = 0.6
 """Gaussian width that evens out the curvature; moves a lip margin of radius 5 mm by 0.04 mm."""
 DERMIS_BLEND_MM = 3.0
 """Arc length over which the dermis goes from its thickness on the skin to that on the vermilion."""
-FOCUS_REACH_MM = 20.0
-"""How far out from the lip margin a package may touch, along the skin."""
+FOCUS_REACH_MM = 24.0
+"""How far out from the lip margin a package may touch, along the skin: nearly up to the nose."""
 INSIDE_HEADING_DEG = 68.0
 """Slope of a lip's inner side where the lip is thickest."""
 FOLD_TO_BONE_MM = 3.5

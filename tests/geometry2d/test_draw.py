@@ -62,6 +62,7 @@ def test_mesh_moves_with_its_displacement(axes):
     axes.set_xlim(*WINDOW[:2])
     axes.set_ylim(*WINDOW[2:])
     assert colour_at(axes, inside) == pytest.approx(np.ones(3))
+    # Neighbouring triangles are blended with white where they meet: up to 0.05.
     np.testing.assert_allclose(
-        colour_at(axes, inside - [20.0, 0.0]), to_rgb(PALETTE.bulk), atol=0.02
+        colour_at(axes, inside - [20.0, 0.0]), to_rgb(PALETTE.bulk), atol=0.06
     )
