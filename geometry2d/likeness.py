@@ -19,6 +19,7 @@ from geometry2d.lips import Lip, Placing
 Array = NDArray[np.float64]
 
 BROW_SMOOTHING_MM = 3.0
+"""Gaussian width that evens out forehead and bridge of the nose."""
 
 
 def face_profile(

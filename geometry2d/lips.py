@@ -33,7 +33,7 @@ from geometry2d.curves import (
     through_landmarks,
 )
 from geometry2d.outline import Outline, OutlineError
-from geometry2d.regions import Section
+from geometry2d.regions import Loop, Section
 from geometry2d.rigid import rotated
 
 Array = NDArray[np.float64]
@@ -54,13 +54,58 @@ FOLD_TO_BONE_MM = 3.5
 SUBMENTAL_LENGTH_MM = 22.0
 """How far behind menton the lower section is cut off."""
 
+UPPER_LOOPS: Mapping[str, Loop] = {
+    "dermis": (
+        ("skin", True),
+        ("cut_dermis", True),
+        ("interface", False),
+        ("dermis_end", False),
+    ),
+    "bulk": (
+        ("interface", True),
+        ("cut_bulk", True),
+        ("bone", True),
+        ("inner", True),
+        ("dermis_end", True),
+    ),
+}
+"""Skin and interface run from the mouth up to the cut through the nose."""
+LOWER_LOOPS: Mapping[str, Loop] = {
+    "dermis": (
+        ("skin", True),
+        ("dermis_end", True),
+        ("interface", False),
+        ("cut_dermis", False),
+    ),
+    "bulk": (
+        ("interface", True),
+        ("dermis_end", False),
+        ("inner", True),
+        ("bone", True),
+        ("cut_bulk", False),
+    ),
+}
+"""Skin and interface run from the cut under the chin up into the mouth."""
+
 
 @dataclass(frozen=True)
 class Lip:
     """One lip relative to subnasale, teeth closed: its outer boundary as one smooth curve.
 
-    ``chain`` runs counter-clockwise; the upper one bone, inner side, skin, the lower one reversed.
-    ``fornix``, ``margin`` and the two borders of the vermilion are arc lengths on it.
+    Attributes
+    ----------
+    chain
+        (n, 2) boundary, mm, the tissue on its left: bone, inner side, lip margin, skin on the upper
+        lip, the same backwards on the lower one.
+    bone_first
+        Whether this is the upper lip.
+    fornix, margin, border
+        Arc lengths, mm, of the fold between lip and jaw, of the lip's edge, and of the border
+        between skin and vermilion.
+    tooth
+        The incisor and the jaw behind the lip.
+    landmarks
+        Named points (2,) on the chain.
     """
 
     chain: Array
@@ -72,15 +117,24 @@ class Lip:
     landmarks: Mapping[str, Array]
 
     def section(self, name: str, m: HeadMeasurements, placed: Placing) -> Section:
-        """Cut the chain into named curves, split off the dermis, and put both into the head."""
+        """Return the lip as named curves and regions, put into the head by ``placed``.
+
+        Raises
+        ------
+        HeadError
+            If the dermis leaves no free inner side.
+        SectionError
+            If the dermis is thicker than the skin's curvature allows.
+        """
         along = arc_lengths(self.chain)
         sign = 1.0 if self.bone_first else -1.0
         dermis_end = self.margin - sign * m.dermis_wrap_mm
         inner_length = sign * (dermis_end - self.fornix)
         if inner_length < 1.0:
             raise HeadError(
-                f"the {name} lip's dermis would reach {-inner_length:.1f} mm up to the bone: use a "
-                "smaller dermis_wrap_mm or a larger vestibule_depth_mm"
+                f"the {name} lip's dermis leaves {inner_length:.1f} mm of free inner side before the "
+                "bone, at least 1 mm is needed: use a smaller dermis_wrap_mm or a larger "
+                "vestibule_depth_mm"
             )
         low, high = (dermis_end, along[-1]) if self.bone_first else (0.0, dermis_end)
         skin = stretch(self.chain, low, high)
@@ -103,42 +157,10 @@ class Lip:
             "cut_dermis": np.array([skin[nose_end], interface[nose_end]]),
             "cut_bulk": np.array([interface[nose_end], wall_end]),
         }
-        if self.bone_first:
-            loops = {
-                "dermis": (
-                    ("skin", True),
-                    ("cut_dermis", True),
-                    ("interface", False),
-                    ("dermis_end", False),
-                ),
-                "bulk": (
-                    ("interface", True),
-                    ("cut_bulk", True),
-                    ("bone", True),
-                    ("inner", True),
-                    ("dermis_end", True),
-                ),
-            }
-        else:
-            loops = {
-                "dermis": (
-                    ("skin", True),
-                    ("dermis_end", True),
-                    ("interface", False),
-                    ("cut_dermis", False),
-                ),
-                "bulk": (
-                    ("interface", True),
-                    ("dermis_end", False),
-                    ("inner", True),
-                    ("bone", True),
-                    ("cut_bulk", False),
-                ),
-            }
         return Section(
             name=name,
             curves={key: placed(points) for key, points in curves.items()},
-            loops=loops,
+            loops=UPPER_LOOPS if self.bone_first else LOWER_LOOPS,
             boundary_curves={
                 "skin": ("skin",),
                 "inner": ("inner",),
