@@ -1,10 +1,10 @@
 """Rigid motions of head and package from marker positions, with residual and uncertainty.
 
 The pose of a body in a frame is the angle θ and the position that bring its shape X_i nearest to
-the measured x_i in the least-squares sense, weights 1/σ_i²: with both taken from their weighted
-means, θ = arg Σ w_i x_i X̄_i in complex numbers (a rotation, never a reflection), σ_θ² = 1/Σ w_i|X_i|²
-and σ² = 1/Σ w_i for the mean. The shape is the average over all frames (generalised Procrustes,
-Gower 1975), so that no single frame's noise is in all angles.
+the measured x_i in the least-squares sense, weights w_i = 1/σ_i². With both taken from their
+weighted means and as complex numbers, θ = arg Σ w_i x_i X̄_i (a rotation, never a reflection),
+σ_θ² = 1/Σ w_i|X_i|², and σ² = 1/Σ w_i for the mean. The shape is the average over all frames
+(generalised Procrustes, Gower 1975), so that no single frame's noise is in all angles.
 """
 
 from __future__ import annotations
@@ -87,8 +87,8 @@ class Capture:
     """The motions of both bodies in the world plane and what is known about them.
 
     ``head`` and ``package`` stand for the reference and the moving body of the marker file. Both
-    motions are the identity in the first frame. ``package_start_mm`` (2,) is the moving body's first
-    marker then, from the head's. ``relative_mm`` (n, 2), ``relative_rad`` (n,) and ``sigma``
+    motions are the identity in the first frame. ``package_start_mm`` (2,) is then the moving body's
+    first marker, from the head's. ``relative_mm`` (n, 2), ``relative_rad`` (n,) and ``sigma``
     (n, 3: mm, mm, rad) are the motion of the package seen from the head.
     """
 
@@ -206,7 +206,7 @@ def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm:
 def _pose_covariance(
     total: Array, inertia: Array, arm: NDArray[np.complex128], *, turns: bool
 ) -> Array:
-    """Return the covariance (n, 3, 3) of (x, y, angle) of the first marker at ``arm`` from the mean."""
+    """Return the covariance (n, 3, 3) of x, y and angle of the marker at ``arm`` from the mean."""
     covariance = np.zeros((total.size, 3, 3))
     covariance[:, 0, 0] = covariance[:, 1, 1] = 1 / total
     if turns:
@@ -331,7 +331,7 @@ def _relative_sigma(
     to_head[:, :2, 2] = np.einsum("nij,nj->ni", back, quarter)
     covariance = np.einsum("nij,njk,nlk->nil", to_package, package_covariance, to_package)
     covariance += np.einsum("nij,njk,nlk->nil", to_head, head_covariance, to_head)
-    return np.sqrt(np.einsum("nii->ni", covariance))
+    return np.asarray(np.sqrt(np.einsum("nii->ni", covariance)))
 
 
 def _scale_error(package_at: Array, head_at: Array, package: BodyScale, head: BodyScale) -> Array:
