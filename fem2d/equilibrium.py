@@ -1,7 +1,8 @@
 """Static equilibrium of a body alone: prescribed displacements and dead loads, no contact.
 
 For tests, studies and whatever needs a body without the machinery of contact
-(:mod:`fem2d.march`): Newton's method in increments that are halved where it fails.
+(:mod:`fem2d.march`): Newton's method with an energy line search, falling back on the projected
+tangent where the exact one does not lead downhill, in increments that are halved where that fails.
 """
 
 from __future__ import annotations
@@ -18,10 +19,11 @@ from fem2d.linear import DirectSolver, SingularMatrixError, fastest_solver
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-ITERATION_LIMIT = 25
+ITERATION_LIMIT = 40
 SMALLEST_STEP = 2.0**-12
 ROUNDING = 1e-9
-BACKTRACKING = (1.0, 0.5, 0.25, 0.125, 0.0625)
+EPSILON = float(np.finfo(float).eps)
+BACKTRACKING = tuple(0.5**k for k in range(8))
 
 
 class EquilibriumStatus(Enum):
@@ -87,7 +89,7 @@ def equilibrium(
     steps
         Increments of equal size to begin with.
     tolerance
-        Residual over the size of the forces that counts as equilibrium.
+        Residual over the size of the forces that counts as equilibrium (or rounding, if larger).
     """
     size = body.pattern.size
     held = np.asarray(fixed, np.int64)
@@ -132,29 +134,50 @@ def _increment(
 ) -> tuple[Array, Response, int] | None:
     """Return displacement, response and iterations after one increment, None if Newton fails."""
     for count in range(1, ITERATION_LIMIT + 1):
-        matrix = body.pattern.matrix(response.stiffness)
-        change = move.copy()
-        try:
-            solver.factorise(matrix[free][:, free].tocsr())
-        except SingularMatrixError:
-            return None
-        change[free] = solver.solve((dead - response.force - matrix @ move)[free])
-        accepted = _backtracked(body, u, change)
-        if accepted is None:
+        for projected in (False, True):
+            tangent = body.response(u, projected=True) if projected else response
+            matrix = body.pattern.matrix(tangent.stiffness)
+            change = move.copy()
+            try:
+                solver.factorise(matrix[free][:, free].tocsr())
+            except SingularMatrixError:
+                continue
+            change[free] = solver.solve((dead - response.force - matrix @ move)[free])
+            accepted = _searched(body, u, response, change, dead, moving=bool(np.any(move)))
+            if accepted is not None:
+                break
+        else:
             return None
         length, u, response = accepted
         move = (1 - length) * move
-        scale = np.linalg.norm(response.force) + np.linalg.norm(dead)
-        if length == 1.0 and np.linalg.norm((dead - response.force)[free]) <= tolerance * scale:
+        scale = float(np.linalg.norm(response.force) + np.linalg.norm(dead))
+        rest = float(np.linalg.norm((dead - response.force)[free]))
+        if not np.any(move) and rest <= max(tolerance * scale, _noise(body, response)):
             return u, response, count
     return None
 
 
-def _backtracked(body: Body, u: Array, change: Array) -> tuple[float, Array, Response] | None:
-    """Return the longest of a few step lengths that turns nothing inside out, with its state."""
+def _noise(body: Body, response: Response) -> float:
+    """Return the size of forces that rounding of the deformation gradient alone produces, N."""
+    size = float(np.ptp(body.nodes, axis=0).max())
+    return 2 * EPSILON * float(np.abs(response.stiffness).max()) * size
+
+
+def _searched(
+    body: Body, u: Array, response: Response, change: Array, dead: Array, *, moving: bool
+) -> tuple[float, Array, Response] | None:
+    """Return the longest of a few step lengths that is admissible and goes downhill.
+
+    Downhill means in strain energy less the work of the dead loads, which equilibrium makes
+    stationary. While held nodes are still ``moving`` that energy may rise, and it is not asked.
+    """
+    before = response.energy - dead @ u
+    slack = ROUNDING * abs(response.energy)
     for length in BACKTRACKING:
         trial = u + length * change
-        response = body.response(trial)
-        if np.isfinite(response.energy):
-            return length, trial, response
+        reached = body.response(trial)
+        if not np.isfinite(reached.energy):
+            continue
+        if moving or reached.energy - dead @ trial <= before + slack:
+            return length, trial, reached
     return None
