@@ -132,8 +132,8 @@ class Lip:
         inner_length = sign * (dermis_end - self.fornix)
         if inner_length < 1.0:
             raise HeadError(
-                f"the {name} lip's dermis leaves {inner_length:.1f} mm of free inner side before the "
-                "bone, at least 1 mm is needed: use a smaller dermis_wrap_mm or a larger "
+                f"the {name} lip's dermis leaves {inner_length:.1f} mm of free inner side before "
+                "the bone, at least 1 mm is needed: use a smaller dermis_wrap_mm or a larger "
                 "vestibule_depth_mm"
             )
         low, high = (dermis_end, along[-1]) if self.bone_first else (0.0, dermis_end)
