@@ -167,7 +167,16 @@ class HistoryStrip:
         top = self.axes.get_ylim()[1]
         for number, time in enumerate(times_s, start=1):
             self.axes.axvline(time, color=QUIET, lw=1.0, ls=(0, (3, 3)), zorder=0)
-            self.axes.text(time, top, f"{number}", size=size, color=INK, ha="center", va="bottom")
+            self.axes.annotate(
+                f"{number}",
+                (time, top),
+                xytext=(0, 4),
+                textcoords="offset points",
+                size=size,
+                color=INK,
+                ha="center",
+                va="bottom",
+            )
 
 
 def colour_bars(

@@ -32,7 +32,9 @@ WINDOWS = {
     "lower_lip_pressure_kpa": "lower_lip_window_kpa",
 }
 RUN_COLOURS = (UPPER, LOWER, "#5b8c4a", "#8e4585", "#9a7d2e", "#555b66")
-IMPRINT_STEP_MM = 0.1
+IMPRINT_STEP_MM = 0.05
+IMPRINT_REACH_MM = 0.8
+IMPRINT_POINTS = 16
 
 
 def plot_histories(runs: Sequence[Path], out: Path) -> None:
@@ -109,6 +111,8 @@ def plot_imprint(run: Path, out: Path) -> None:
 def imprint(solution: Solution, lip: str) -> tuple[Array, Array]:
     """Return the pressure of one lip along the contour of the neck.
 
+    Between neighbouring points of the lip that both touch, place and pressure are linear.
+
     Returns
     -------
     arc_mm
@@ -117,17 +121,23 @@ def imprint(solution: Solution, lip: str) -> tuple[Array, Array]:
         (k, a) highest contact pressure at each increment, kPa; 0 where nothing touches.
     """
     contact = solution.contact[lip].fields
-    where, pressure = contact["neck_arc_mm"], 1e3 * contact["pressure_mpa"]
-    touching = np.isfinite(where) & (pressure > 0)
+    pressure = 1e3 * contact["pressure_mpa"]
+    where = np.where(pressure > 0, contact["neck_arc_mm"], np.nan)
+    touching = np.isfinite(where)
     if not touching.any():
         return np.zeros(1), np.zeros((where.shape[0], 1))
-    low, high = where[touching].min(), where[touching].max()
-    count = int(np.ceil((high - low) / IMPRINT_STEP_MM)) + 1
-    step = np.where(touching, (where - low) / IMPRINT_STEP_MM, 0.0).round().astype(int)
-    result = np.zeros((where.shape[0], count))
-    rows = np.nonzero(touching)[0]
-    np.maximum.at(result, (rows, step[touching]), pressure[touching])
-    return low + IMPRINT_STEP_MM * np.arange(count), result
+    low, high = np.nanmin(where), np.nanmax(where)
+    result = np.zeros((where.shape[0], int(np.ceil((high - low) / IMPRINT_STEP_MM)) + 1))
+    # Points of different walls, or on both sides of a thread, have no contact between them.
+    near = np.abs(np.diff(where, axis=1)) < IMPRINT_REACH_MM
+    for weight in np.linspace(0.0, 1.0, IMPRINT_POINTS, endpoint=False):
+        place, load = where[:, :-1], pressure[:, :-1]
+        place = np.where(near, (1 - weight) * place + weight * where[:, 1:], place)
+        load = np.where(near, (1 - weight) * load + weight * pressure[:, 1:], load)
+        rows, columns = np.nonzero(np.isfinite(place))
+        steps = ((place[rows, columns] - low) / IMPRINT_STEP_MM).round().astype(int)
+        np.maximum.at(result, (rows, steps), load[rows, columns])
+    return low + IMPRINT_STEP_MM * np.arange(result.shape[1]), result
 
 
 def _history(axes: Axes, solution: Solution, name: str, colour: str, *, alone: bool) -> None:

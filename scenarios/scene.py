@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize
+from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, PowerNorm
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Curve
 from matplotlib.transforms import Affine2D
@@ -179,7 +179,7 @@ class Scene:
         self._elements = PolyCollection(
             [],
             cmap=shown.colours,
-            norm=Normalize(0.0, limits[0]),
+            norm=PowerNorm(0.5, 0.0, limits[0]),
             edgecolors="face",
             linewidths=0.2,
             zorder=4,
