@@ -59,6 +59,8 @@ class Poses:
     ``position_mm`` (n, 2) is that of the first marker, ``angle_rad`` (n,) the rotation since the
     first frame; ``covariance`` (n, 3, 3) belongs to (x, y, angle). ``residual_mm`` (n,) is the RMS
     distance of the markers from their rigid places. ``turns`` is False for a single marker.
+    ``axis_rad`` is the direction from the first marker to the last where ``angle_rad`` is zero,
+    counter-clockwise from the world's x, from all frames together (0 for a single marker).
     """
 
     body: str
@@ -69,6 +71,7 @@ class Poses:
     residual_mm: Array
     expected_residual_mm: float
     turns: bool
+    axis_rad: float
 
     @property
     def residual_rms_mm(self) -> float:
@@ -89,7 +92,8 @@ class Capture:
     ``head`` and ``package`` stand for the reference and the moving body of the marker file. Both
     motions are the identity in the first frame. ``package_start_mm`` (2,) is then the moving body's
     first marker, from the head's. ``relative_mm`` (n, 2), ``relative_rad`` (n,) and ``sigma``
-    (n, 3: mm, mm, rad) are the motion of the package seen from the head.
+    (n, 3: mm, mm, rad) are the motion of the package seen from the head. ``axis_rad`` holds, by
+    body, the direction from its first marker to its last in the first frame.
     """
 
     frame: NDArray[np.int_]
@@ -102,6 +106,7 @@ class Capture:
     sigma: Array
     poses: Mapping[str, Poses]
     smoothing: Mapping[str, Smoothed]
+    axis_rad: Mapping[str, float]
 
     @property
     def head_mm(self) -> Array:
@@ -200,6 +205,7 @@ def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm:
         residual_mm=np.sqrt(np.mean(np.abs(measured - rigid) ** 2, axis=1)),
         expected_residual_mm=float(np.sqrt(np.median(sigma_mm) ** 2 * count / max(len(names), 1))),
         turns=len(names) > 1,
+        axis_rad=float(np.angle(shape[-1] - shape[0]) + angle[0]) if len(names) > 1 else 0.0,
     )
 
 
@@ -253,6 +259,7 @@ def capture(
         smooth[body] = (values[:, :2], values[:, 2], covariance)
     head_at, head_angle, head_covariance = smooth[markers.reference]
     package_at, package_angle, package_covariance = smooth[markers.moving]
+    axis = {body: pose.axis_rad + float(smooth[body][1][0]) for body, pose in poses.items()}
     head_angle, package_angle = head_angle - head_angle[0], package_angle - package_angle[0]
     origin = head_at[0]
     relative = rotated(package_at - head_at, -head_angle)
@@ -274,6 +281,7 @@ def capture(
         sigma=sigma,
         poses=poses,
         smoothing=smoothing,
+        axis_rad=axis,
     )
 
 

@@ -70,6 +70,9 @@ def summary(
             }
             for body, pose in motion.poses.items()
         },
+        "first_frame": {
+            f"{body}_axis_deg": math.degrees(axis) for body, axis in motion.axis_rad.items()
+        },
         "smoothing": {
             name: {
                 "cutoff_hz": result.cutoff_hz,
