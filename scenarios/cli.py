@@ -21,6 +21,7 @@ from mocap.convert import ConvertOptions
 from scenarios.element import ElementOptions
 from scenarios.progress import Progress, progress_line
 from scenarios.settings import Table, about, split_override, table_from
+from scenarios.solution import ELEMENT_FIELDS
 from scenarios.spec import (
     Recording,
     Scenario,
@@ -115,7 +116,13 @@ def _animate(options: argparse.Namespace) -> int:
     from scenarios.animation import animate
 
     with progress_line("animate") as progress:
-        animate(options.run, options.out, beside_video=options.beside_video, progress=progress)
+        animate(
+            options.run,
+            options.out,
+            beside_video=options.beside_video,
+            field=options.field,
+            progress=progress,
+        )
     print(options.out)
     return 0
 
@@ -304,6 +311,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     animate.add_argument(
         "--beside-video", action="store_true", help="put the recording next to the model"
+    )
+    fields = [quantity.name for quantity in ELEMENT_FIELDS]
+    animate.add_argument(
+        "--field",
+        choices=fields,
+        default="von_mises_mpa",
+        help="what the dermis is coloured by (default: %(default)s)",
     )
     parser.epilog = "\n".join([*listed, "", "example: drinksim demo --out demo"])
     return parser

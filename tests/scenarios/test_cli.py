@@ -284,6 +284,21 @@ def test_an_interrupted_replay_goes_on(
     assert Solution.load(out).time_s.size == COUNT
 
 
+@pytest.mark.slow
+def test_the_demo_says_what_to_look_at(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(run, "replay", MadeUpReplay())
+    assert main(["demo", "--out", str(tmp_path / "demo")]) == 0
+    said = capsys.readouterr().out.splitlines()
+    stages = [line for line in said if line.endswith(" s")]
+    assert [stage[:3] for stage in stages] == ["1/4", "2/4", "3/4", "4/4"]
+    named = [Path(line.split("  ")[1]) for line in said[said.index("Look at") + 1 :]]
+    assert len(named) == 5
+    assert all(path.is_file() and path.stat().st_size > 1000 for path in named)
+    assert {"A38-F.mp4", "A38-F.png"} <= {path.name for path in named}
+
+
 def test_plane_and_resolution_are_short_for_settings(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, motion: Path
 ) -> None:

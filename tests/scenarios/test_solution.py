@@ -65,6 +65,14 @@ def test_the_files_carry_columns_units_and_peaks(run_directory: Path) -> None:
         assert store["increments/displacement"].shape[0] == 11
 
 
+def test_the_documentation_names_every_column_and_dataset(run_directory: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "run-directory.md").read_text(encoding="utf-8")
+    assert all(f"`{quantity.name}`" in text for quantity in HISTORY)
+    with h5py.File(run_directory / "fields.h5") as store:
+        for group in ("mesh", "increments", "element"):
+            assert all(f"`{group}/{name}`" in text for name in store[group])
+
+
 def test_a_killed_run_goes_on_where_it_was(
     tmp_path: Path, model: Model, increments: list[Increment], run_directory: Path
 ) -> None:
