@@ -17,8 +17,8 @@ Least squares by Levenberg–Marquardt with the exact Jacobian (Marquardt 1963).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -198,8 +198,6 @@ def _detection(
 
 
 def _shifted(found: Detection, offset: tuple[int, int]) -> Detection:
-    from dataclasses import replace
-
     parameters = found.parameters.copy()
     parameters[0] += offset[0]
     parameters[1] += offset[1]
@@ -298,5 +296,6 @@ def _without_doubles(blobs: list[Blob]) -> list[Blob]:
     return kept
 
 
-def _same_place(one: Any, other: Any) -> bool:
-    return math.hypot(one.x - other.x, one.y - other.y) < 0.5 * max(one.radius, other.radius)
+def _same_place(one: Detection, other: Detection) -> bool:
+    apart = math.hypot(one.x - other.x, one.y - other.y)
+    return apart < 0.5 * max(one.radius, other.radius)

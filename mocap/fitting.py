@@ -62,7 +62,8 @@ def disc_and_gradient(p: Array, x: float, y: float, ring: bool, gradient: Array)
     gradient[8] = u
     gradient[9] = v
     gradient[10] = p[6] * d_q
-    return p[7] + p[8] * u + p[9] * v + p[6] * edge
+    level: float = p[7] + p[8] * u + p[9] * v + p[6] * edge
+    return level
 
 
 @compiled

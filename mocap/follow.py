@@ -63,7 +63,8 @@ def follow(
     tracks = tracker.tracks()
     if len(tracks.frame) < 2:
         raise TrackingError(
-            f"{video.path}: only one frame is used; a motion needs at least two: widen --start/--end"
+            f"{video.path}: only one frame is used; a motion needs at least two: widen "
+            "--start and --end"
         )
     return _without(tracks, video.timing.distrusted, given)
 
@@ -115,7 +116,7 @@ def _guides(given: Tracks | None, frame: int) -> dict[str, Guide]:
 
 
 def _without(tracks: Tracks, distrusted: frozenset[int], given: Tracks | None) -> Tracks:
-    """Return the tracks without what was seen in repeated or blended frames; hand-set points stay."""
+    """Return the tracks without what repeated or blended frames show."""
     rows = np.isin(tracks.frame, list(distrusted))
     drop = rows[:, None] & (tracks.status == "seen")
     if given is not None or not drop.any():

@@ -120,4 +120,4 @@ def _candidates(image: Image, at: tuple[float, float], polarity: str) -> list[De
 
 
 def _search_px(image: Image) -> float:
-    return max(ROUGH_SHARE * max(image.shape), LEAST_SEARCH_PX)
+    return max(ROUGH_SHARE * float(max(image.shape)), LEAST_SEARCH_PX)

@@ -69,11 +69,12 @@ def moving(position: Array) -> NDArray[np.bool_]:
     """Return (n,) whether a marker at ``position`` (n, 2) px moves from its neighbouring frames."""
     step = np.hypot(*np.diff(position, axis=0).T)
     quiet = np.nan_to_num(step, nan=np.inf) < MOVING_PX
-    return ~(np.append(quiet, False) & np.append(False, quiet))
+    both: NDArray[np.bool_] = np.append(quiet, False) & np.append(False, quiet)
+    return ~both
 
 
 def repeats(positions: Array) -> Array:
-    """Return (n,) how many frames share each one's picture, all markers (n, m, 2) px standing still.
+    """Return (n,) how many frames share each one's picture, markers (n, m, 2) px standing still.
 
     1 where anything moves; in a stretch of L frames in which nothing does, L.
     """
@@ -89,7 +90,7 @@ def repeats(positions: Array) -> Array:
 
 
 def cubic_free(time: Array, position: Array, seen: NDArray[np.bool_]) -> Array:
-    """Return what is left (m, 2) of runs of five seen samples after any cubic, noise at its own size.
+    """Return what is left (m, 2) of five seen samples after any cubic, noise at its own size.
 
     Parameters
     ----------

@@ -244,8 +244,9 @@ class _Writer:
     """An H.264 file being written, each picture with its own time."""
 
     def __init__(self, path: Path, width: int, height: int, rate: float) -> None:
-        import av
         from fractions import Fraction
+
+        import av
 
         self._even = (height // 2 * 2, width // 2 * 2)
         self._base = Fraction(1, 90000)

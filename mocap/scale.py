@@ -82,7 +82,7 @@ def axis_px(lens: Lens, picture: Picture) -> Array:
 
 
 def undistorted(points_px: ArrayLike, lens: Lens, picture: Picture) -> Array:
-    """Return picture points (..., 2) as a camera without lens errors and with square pixels sees them.
+    """Return picture points (..., 2) as a perfect lens and square pixels would show them.
 
     The polynomial of Brown (1966) as OpenCV writes it is inverted by Newton iterations with a
     Jacobian from finite differences, to 1e-9 of the focal length.
@@ -91,23 +91,26 @@ def undistorted(points_px: ArrayLike, lens: Lens, picture: Picture) -> Array:
     centre = axis_px(lens, picture)
     if not lens.bends:
         ratio = picture.pixel_aspect if lens.fx is None or lens.fy is None else lens.fy / lens.fx
-        return centre + (points - centre) * np.array([ratio, 1.0])
+        flat: Array = centre + (points - centre) * np.array([ratio, 1.0])
+        return flat
     assert lens.fx is not None and lens.fy is not None
     focal = np.array([lens.fx, lens.fy])
     target = (points - centre) / focal
     guess = target.copy()
+    step = 1e-6
+    along = step * np.eye(2)
     for _ in range(20):
         error = _distorted(guess, lens) - target
-        step = 1e-6
-        along_x = (_distorted(guess + [step, 0.0], lens) - _distorted(guess, lens)) / step
-        along_y = (_distorted(guess + [0.0, step], lens) - _distorted(guess, lens)) / step
+        along_x = (_distorted(guess + along[0], lens) - _distorted(guess, lens)) / step
+        along_y = (_distorted(guess + along[1], lens) - _distorted(guess, lens)) / step
         determinant = along_x[..., 0] * along_y[..., 1] - along_y[..., 0] * along_x[..., 1]
         dx = (error[..., 0] * along_y[..., 1] - error[..., 1] * along_y[..., 0]) / determinant
         dy = (along_x[..., 0] * error[..., 1] - along_x[..., 1] * error[..., 0]) / determinant
         guess = guess - np.stack([dx, dy], axis=-1)
         if np.nanmax(np.abs(error), initial=0.0) < 1e-9:
             break
-    return centre + guess * lens.fy
+    straight: Array = centre + guess * lens.fy
+    return straight
 
 
 def _distorted(points: Array, lens: Lens) -> Array:
@@ -249,7 +252,7 @@ def positions_mm(
     scales: Mapping[str, BodyScale],
     centre: Array,
 ) -> Array:
-    """Return marker positions (n, m, 2) in mm from the camera's axis, y up, each at its body's depth."""
+    """Return marker positions (n, m, 2), mm from the camera's axis, y up, at their body's depth."""
     world = np.full_like(flat, np.nan)
     for k, name in enumerate(names):
         body = markers.body_of(name)

@@ -112,7 +112,8 @@ def smoothed(
     penalty = _penalty_band(time / unit)
     usual = float(np.median(error))
     # What is known much worse than usual was bridged: the curve itself bridges better.
-    weight = np.where(error > WORSE * usual, 0.0, 1 / error**2) / repeats
+    weight = np.where(error > WORSE * usual, 0.0, 1 / error**2)
+    weight = weight / np.asarray(repeats, float)
     mean_weight = 1 / usual**2
     cutoffs = [cutoff_hz] if cutoff_hz else _cutoffs(time, unit)
     trials = [
@@ -217,7 +218,7 @@ def banded_solution(factor: Array, right: Array) -> Array:
 
 @compiled
 def inverse_band(factor: Array) -> Array:
-    """Return the band (b + 1, n) of (L Lᵀ)⁻¹ without forming the inverse (Takahashi's recursion)."""
+    """Return the band (b + 1, n) of (L Lᵀ)⁻¹, the inverse not formed (Takahashi's recursion)."""
     width = factor.shape[0] - 1
     n = factor.shape[1]
     inverse = np.zeros((width + 1, n))

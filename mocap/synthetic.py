@@ -121,11 +121,11 @@ def exposure_instants(scene: Scene, camera: Camera, time_s: float) -> Array:
     half = camera.exposure_s / 2
     path = 0.0
     for body in scene.bodies:
+        if not body.drawn():
+            continue
         before, after = body.motion.at(time_s - half), body.motion.at(time_s + half)
-        for shape in body.drawn():
-            moved = camera.project(after.apply(shape.corners_mm), shape.depth_mm)
-            moved = moved - camera.project(before.apply(shape.corners_mm), shape.depth_mm)
-            path = max(path, float(np.hypot(*moved.T).max()))
+        moved = _projected(body, after, camera)[0] - _projected(body, before, camera)[0]
+        path = max(path, float(np.hypot(*moved.T).max()))
     number = int(np.clip(np.ceil(path / _STEP_PX), 1, _MOST_INSTANTS))
     return time_s - half + camera.exposure_s * (np.arange(number) + 0.5) / number
 
@@ -133,13 +133,16 @@ def exposure_instants(scene: Scene, camera: Camera, time_s: float) -> Array:
 def truth_at(scene: Scene, camera: Camera, time_s: float, frame: int) -> Truth:
     """Return where markers and bodies are in the exposure around a time (s)."""
     instants = exposure_instants(scene, camera, time_s)
+    outlines = [_outlines(body, body.motion.at(time_s), camera) for body in scene.bodies]
     markers: dict[str, MarkerTruth] = {}
     for number, body in enumerate(scene.bodies):
         places = [body.motion.at(float(t)) for t in instants]
+        covers = [pair for later in outlines[number + 1 :] for pair in later]
+        base = dict(outlines[number])
         for marker in body.markers:
             path = np.array([p.apply(marker.at_mm) for p in places])
             x, y = camera.project(path, marker.depth_mm).mean(axis=0)
-            seen = _visible_fraction(scene, camera, time_s, number, marker)
+            seen = _visible_fraction(base[marker.shapes[0]], covers, camera)
             markers[marker.name] = MarkerTruth(float(x), float(y), seen)
     placements = {body.name: body.motion.at(time_s) for body in scene.bodies}
     return Truth(frame, time_s, markers, placements)
@@ -281,8 +284,7 @@ def _drawn(scene: Scene, camera: Camera, sensor: Sensor, time_s: float) -> Image
     for body in scene.bodies:
         placement = body.motion.at(time_s)
         named: dict[str, tuple[_Window, NDArray[np.float32]]] = {}
-        for shape in body.drawn():
-            corners = _projected(shape, placement, camera)
+        for shape, corners in _outlines(body, placement, camera):
             softness = shape.softness_mm * camera.pixels_per_mm(shape.depth_mm)
             window = _Window.around(corners, 3 * softness, camera)
             if shape.inside is not None:
@@ -313,8 +315,23 @@ def _named(
     return named[shape.inside]
 
 
-def _projected(shape: Shape, placement: RigidPlacement, camera: Camera) -> Array:
-    return camera.project(placement.apply(shape.corners_mm), shape.depth_mm)
+def _outlines(body: Body, placement: RigidPlacement, camera: Camera) -> list[tuple[Shape, Array]]:
+    """Return the body's shapes in drawing order with their corners in the picture, px."""
+    if not body.drawn():
+        return []
+    corners, ends = _projected(body, placement, camera)
+    return list(zip(body.drawn(), np.split(corners, ends[:-1]), strict=True))
+
+
+def _projected(
+    body: Body, placement: RigidPlacement, camera: Camera
+) -> tuple[Array, NDArray[np.intp]]:
+    """Return the corners of all shapes, one after the other, in px, and where each shape ends."""
+    shapes = body.drawn()
+    sizes = [len(shape.corners_mm) for shape in shapes]
+    corners = placement.apply(np.concatenate([shape.corners_mm for shape in shapes]))
+    depth = np.repeat([shape.depth_mm for shape in shapes], sizes)
+    return camera.project(corners, depth), np.cumsum(sizes)
 
 
 def _softened(window: _Window, corners_px: Array, softness_px: float) -> NDArray[np.float32]:
@@ -343,23 +360,18 @@ def _illumination(light: Light, camera: Camera) -> Image:
 
 
 def _visible_fraction(
-    scene: Scene, camera: Camera, time_s: float, number: int, marker: Marker
+    outline_px: Array, covers: list[tuple[Shape, Array]], camera: Camera
 ) -> float:
-    """Fraction of a marker that is in the picture and not covered by later bodies."""
-    place = scene.bodies[number].motion.at(time_s)
-    outline = _projected(marker.shapes[0], place, camera)
-    whole = _polygon_area(outline)
-    window = _Window.around(outline, 0, camera)
+    """Fraction of a marker's outline that is in the picture and under no later shape."""
+    window = _Window.around(outline_px, 0, camera)
     if 0 in window.shape:
         return 0.0
-    seen = window.covered(outline)
-    for later in scene.bodies[number + 1 :]:
-        placement = later.motion.at(time_s)
-        for shape in later.drawn():
-            if shape.softness_mm == 0:
-                corners = _projected(shape, placement, camera)
-                seen = seen * (1 - np.float32(shape.opacity) * window.covered(corners))
-    return float(np.clip(seen.sum() / whole, 0, 1))
+    seen = window.covered(outline_px)
+    for shape, corners in covers:
+        over = _Window.around(corners, 0, camera).cut_to(window)
+        if shape.softness_mm == 0 and 0 not in over.shape:
+            seen = seen * (1 - np.float32(shape.opacity) * window.covered(corners))
+    return float(np.clip(seen.sum() / _polygon_area(outline_px), 0, 1))
 
 
 def _polygon_area(corners: Array) -> float:

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 # Every n-th pixel each way is enough to see whether two pictures are the same.
-STRIDE = 8
+STRIDE = 7
 # A repeated frame changes this much less than its neighbours do.
 REPEAT_RATIO = 0.1
 # Share of the change across a frame that a mixture of its neighbours leaves unexplained: at most
 # this in a blended frame, at least that in the frames around it (else the motion is too slow for
 # the middle picture of three to differ from a mixture), and the former clearly below the latter.
 BLEND_RATIO = 0.1
-MOVING_RATIO = 0.25
+MOVING_RATIO = 0.15
 BLEND_CONTRAST = 0.3
 # Intervals may differ by this share before the rate is called variable.
 RATE_TOLERANCE = 0.02
@@ -128,7 +128,7 @@ class TimingMonitor:
         found = []
         for k in range(1, len(left) - 1):
             around = min(left[k - 1], left[k + 1])
-            if MOVING_RATIO < around and left[k] < min(BLEND_RATIO, BLEND_CONTRAST * around):
+            if around > MOVING_RATIO and left[k] < min(BLEND_RATIO, BLEND_CONTRAST * around):
                 found.append(self._indices[k + 1])
         return found
 

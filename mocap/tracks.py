@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -200,7 +201,7 @@ def _numbers(where: str, row: dict[str, str]) -> tuple[int, float, float, float,
 def _gaps(known: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Return (last known before, first known after) of every gap between known samples."""
     at = np.flatnonzero(known)
-    return [(int(a), int(b)) for a, b in zip(at[:-1], at[1:], strict=True) if b - a > 1]
+    return [(int(a), int(b)) for a, b in itertools.pairwise(at) if b - a > 1]
 
 
 def _usual_acceleration(time: Array, position: Array) -> float:

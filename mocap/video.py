@@ -133,12 +133,12 @@ class Video:
         with self._opened() as container:
             stream = self._picture_stream(container)
             try:
-                picture = next(self._progressive(stream, container), None)
+                picture = next(container.decode(stream), None)
             except av.error.FFmpegError as error:
                 raise VideoError(
                     f"{self.path}: its {stream.codec_context.name} picture cannot be decoded "
-                    f"({error.strerror}); write it anew as H.264, for instance with "
-                    "'ffmpeg -i IN -c:v libx264 OUT.mp4'"
+                    f"({error.strerror}): the file is damaged or cut short; copy it again, or write it "
+                    "anew as H.264, for instance with 'ffmpeg -i IN -c:v libx264 OUT.mp4'"
                 ) from None
             if picture is None:
                 raise VideoError(
@@ -270,7 +270,7 @@ class Video:
 
 
 def luminance(picture: Any) -> Image:
-    """Return the brightness (height, width) of a decoded picture, 8 bit, without copying if possible."""
+    """Return the brightness (height, width) of a decoded picture, 8 bit, copied only if need be."""
     name = picture.format.name
     if name.startswith(("yuv", "nv", "gray")) and picture.format.components[0].bits == 8:
         plane = picture.planes[0]

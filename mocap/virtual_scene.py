@@ -16,7 +16,7 @@ BLACK: Colour = (0.04, 0.04, 0.05)
 WHITE: Colour = (0.93, 0.93, 0.91)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shape:
     """A flat coloured polygon of a body.
 
