@@ -193,6 +193,9 @@ def write_recording(
             "preset": preset,
             "threads": "1",
             "flags": "+bitexact",
+            # Planning B-frames, x264 reads uninitialised memory beside pictures whose size is no
+            # multiple of 16, and its choices, hence the bytes, differ from run to run.
+            "x264-params": "bframes=0",
             "colorspace": "bt709",
             "color_primaries": "bt709",
             "color_trc": "bt709",
