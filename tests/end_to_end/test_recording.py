@@ -1,0 +1,149 @@
+"""The bundled rendered recording and a real one, against truth and an independent record."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap.convert import ConvertResult, OutputError, convert
+
+ROOT = Path(__file__).parents[2]
+SIP = ROOT / "scenarios" / "library" / "A38-F"
+BALL = ROOT / "tests" / "data" / "projectile"
+# The neck is near the lips while its lower mark is this close to its nearest place, mm.
+NEAR_MM = 30.0
+
+
+@pytest.fixture(scope="module")
+def sip(tmp_path_factory: pytest.TempPathFactory) -> ConvertResult:
+    out = tmp_path_factory.mktemp("sip") / "result"
+    return convert(SIP / "recording.mp4", SIP / "markers.toml", out)
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory: pytest.TempPathFactory) -> ConvertResult:
+    out = tmp_path_factory.mktemp("ball") / "result"
+    return convert(BALL / "projetil.mp4", BALL / "markers.toml", out)
+
+
+def columns(path: Path) -> dict[str, np.ndarray]:
+    with path.open(encoding="utf-8") as handle:
+        rows = list(csv.DictReader(handle))
+    return {key: np.array([float(row[key]) for row in rows]) for key in rows[0]}
+
+
+def test_markers_of_the_sip_are_tracked_to_a_tenth_of_a_pixel(sip: ConvertResult) -> None:
+    with (SIP / "truth.csv").open(encoding="utf-8") as handle:
+        truth = {
+            (int(row["frame"]), row["marker"]): (float(row["x_px"]), float(row["y_px"]))
+            for row in csv.DictReader(handle)
+        }
+    tracks = sip.tracks
+    assert set(tracks.names) == {name for _, name in truth}
+    for k, name in enumerate(tracks.names):
+        right = np.array([truth[int(frame), name] for frame in tracks.frame])
+        error = tracks.position_px[:, k] - right
+        assert np.sqrt(np.mean(error**2)) < 0.10, name
+        assert (tracks.status[:, k] == "seen").mean() > 0.95
+
+
+def test_relative_motion_of_the_sip(sip: ConvertResult) -> None:
+    truth = columns(SIP / "truth_motion.csv")
+    motion = columns(sip.out / "motion.csv")
+    np.testing.assert_allclose(motion["time_s"], truth["time_s"], atol=1e-4)
+    apart = np.hypot(
+        truth["rel_x_mm"] - truth["rel_x_mm"][truth["rel_x_mm"].argmin()],
+        truth["rel_y_mm"] - truth["rel_y_mm"][truth["rel_x_mm"].argmin()],
+    )
+    near = apart < NEAR_MM
+    assert near.sum() > 50
+    for name, limit in (("rel_x_mm", 0.15), ("rel_y_mm", 0.15), ("rel_theta_deg", 0.15)):
+        assert np.sqrt(np.mean((motion[name] - truth[name])[near] ** 2)) < limit, name
+
+
+def test_depth_of_the_head_matters_and_is_reported(sip: ConvertResult) -> None:
+    depth = sip.summary["depth"]
+    assert depth["own_scale_of_reference"]
+    assert depth["error_without_mm"] > 2.0
+    assert sip.summary["recording"]["rendered"] is True
+
+
+def test_boundary_conditions_are_the_motion_from_its_start(sip: ConvertResult) -> None:
+    motion = columns(sip.out / "motion.csv")
+    folder = sip.out / "boundary_conditions"
+    tables = sorted(path.stem for path in folder.glob("*.txt"))
+    assert tables == sorted(
+        f"{body}_{dof}" for body in ("head", "package", "relative") for dof in ("u1", "u2", "ur3")
+    )
+    table = np.loadtxt(folder / "relative_u1.txt", delimiter="\t")
+    np.testing.assert_allclose(table[:, 0], motion["time_s"] - motion["time_s"][0], atol=1e-6)
+    np.testing.assert_allclose(table[:, 1], motion["rel_x_mm"] - motion["rel_x_mm"][0], atol=2e-6)
+    turn = np.loadtxt(folder / "relative_ur3.txt", delimiter="\t")
+    np.testing.assert_allclose(turn[:, 1], np.radians(motion["rel_theta_deg"]), atol=1e-6)
+    assert (folder / "motion.trc").read_text(encoding="utf-8").startswith("PathFileType\t4")
+
+
+def test_overlay_plays_in_a_browser(sip: ConvertResult) -> None:
+    import av
+
+    with av.open(str(sip.out / "overlay.mp4")) as container:
+        stream = container.streams.video[0]
+        assert stream.codec_context.name == "h264"
+        assert stream.codec_context.pix_fmt == "yuv420p"
+        times = [frame.time for frame in container.decode(stream)]
+    np.testing.assert_allclose(times, sip.tracks.time_s - sip.tracks.time_s[0], atol=1e-3)
+
+
+def test_the_ball_agrees_with_the_independent_record(ball: ConvertResult) -> None:
+    """Row k of the record is frame k + 2; its first rows, at the throw, belong to no one instant.
+
+    The record's origin was placed by hand, so a constant shift between the two means nothing.
+    """
+    record = np.loadtxt(BALL / "massa_A.txt", skiprows=2)
+    row = {int(frame): i for i, frame in enumerate(ball.motion.frame)}
+    k = np.arange(6, len(record))
+    ours = ball.motion.relative_mm[[row[i + 2] for i in k]]
+    apart = ours - 1000 * record[k, 1:]
+    spread = apart - apart.mean(axis=0)
+    assert np.sqrt(np.mean(spread**2)) < 6.0
+    assert np.abs(apart.mean(axis=0)).max() < 20.0
+
+
+def test_marks_on_the_wall_stay_rigid_while_the_camera_drifts(ball: ConvertResult) -> None:
+    left, _ = ball.tracks.of("left_mark")
+    right, _ = ball.tracks.of("right_mark")
+    assert np.ptp(left, axis=0).max() > 4.0
+    distance = np.hypot(*(right - left).T)
+    slow = np.polyval(np.polyfit(ball.tracks.time_s, distance, 3), ball.tracks.time_s)
+    assert np.abs(distance - slow).max() < 1.0
+    # Gravity is the same in the end as at the start, however the camera moved.
+    time = ball.motion.time_s
+    flight = (time > 0.2) & (time < 1.1)
+    fall = np.polyfit(time[flight], ball.motion.relative_mm[flight, 1], 2)
+    assert -2 * fall[0] == pytest.approx(9810, rel=0.05)
+
+
+def test_one_marker_bodies_do_not_turn(ball: ConvertResult) -> None:
+    assert np.all(ball.motion.package.angle_rad == 0)
+    assert any("one marker" in warning for warning in ball.summary["warnings"])
+
+
+def test_results_are_replaced_whole_and_nothing_else_is(sip: ConvertResult, tmp_path: Path) -> None:
+    (tmp_path / "letter.txt").write_text("mine")
+    with pytest.raises(OutputError, match="holds files that are no former result"):
+        convert(SIP / "recording.mp4", SIP / "markers.toml", tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
+    report = json.loads((sip.out / "summary.json").read_text(encoding="utf-8"))
+    assert report["command"] == "drinksim convert"
+    assert {path.name for path in sip.out.iterdir()} == {
+        "tracks.csv",
+        "motion.csv",
+        "boundary_conditions",
+        "overlay.mp4",
+        "summary.json",
+    }
+    assert [path.name for path in sip.out.parent.iterdir()] == ["result"]
