@@ -10,6 +10,7 @@ if the caller keeps it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -209,7 +210,7 @@ def _evaluate(
     ramp: float,
     coefficient: float,
     tangential_stiffness: float,
-) -> tuple[Array, ...]:
+) -> tuple[NDArray[Any], ...]:
     """Evaluate all points of a pair; see `ContactPoints` for the meaning of what is returned."""
     count = position.shape[0]
     energy = np.zeros(count)

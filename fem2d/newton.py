@@ -45,7 +45,7 @@ class NewtonSettings:
     """
 
     tolerance: float = field(default=1e-7, metadata={"help": "relative force balance"})
-    force_floor_n: float = field(default=1e-4, metadata={"unit": "N", "help": "smallest force"})
+    force_floor_n: float = field(default=1e-6, metadata={"unit": "N", "help": "smallest force"})
     iterations: int = field(default=25, metadata={"help": "most Newton iterations"})
     patience: int = field(default=8, metadata={"help": "iterations in which forces must halve"})
 
@@ -78,16 +78,24 @@ class NewtonResult:
     ----------
     norms
         Largest unbalanced nodal force at each iterate, N.
+    force_scale
+        Largest nodal force that acts at the last iterate, N.
     """
 
     status: NewtonStatus
     displacement: Array
     norms: tuple[float, ...]
+    force_scale: float
 
     @property
     def converged(self) -> bool:
         """Whether the forces balance."""
         return self.status is NewtonStatus.CONVERGED
+
+    @property
+    def imbalance(self) -> float:
+        """Largest unbalanced nodal force over the largest that acts; 0 if nothing acts."""
+        return self.norms[-1] / self.force_scale if self.force_scale > 0 else 0.0
 
     @property
     def iterations(self) -> int:
@@ -114,24 +122,36 @@ def solve(
     balance = balance_at(displacement)
     norms = [_norm(balance)]
     if not np.isfinite(norms[0]):
-        return NewtonResult(NewtonStatus.INADMISSIBLE, displacement, tuple(norms))
+        return NewtonResult(
+            NewtonStatus.INADMISSIBLE, displacement, tuple(norms), balance.force_scale
+        )
     for _ in range(settings.iterations):
         try:
             step, work = _downhill_step(balance, solver)
         except SingularMatrixError:
-            return NewtonResult(NewtonStatus.SINGULAR, displacement, tuple(norms))
+            return NewtonResult(
+                NewtonStatus.SINGULAR, displacement, tuple(norms), balance.force_scale
+            )
         found = _along(balance_at, displacement, step.reshape(start.shape), work, norms[-1])
         if found is None:
-            return NewtonResult(NewtonStatus.INADMISSIBLE, displacement, tuple(norms))
+            return NewtonResult(
+                NewtonStatus.INADMISSIBLE, displacement, tuple(norms), balance.force_scale
+            )
         displacement, balance = found
         norms.append(_norm(balance))
         if norms[-1] <= settings.tolerance * max(balance.force_scale, settings.force_floor_n):
-            return NewtonResult(NewtonStatus.CONVERGED, displacement, tuple(norms))
+            return NewtonResult(
+                NewtonStatus.CONVERGED, displacement, tuple(norms), balance.force_scale
+            )
         if len(norms) > settings.patience and min(norms[-settings.patience :]) > 0.5 * min(
             norms[: -settings.patience]
         ):
-            return NewtonResult(NewtonStatus.STALLED, displacement, tuple(norms))
-    return NewtonResult(NewtonStatus.TOO_MANY_ITERATIONS, displacement, tuple(norms))
+            return NewtonResult(
+                NewtonStatus.STALLED, displacement, tuple(norms), balance.force_scale
+            )
+    return NewtonResult(
+        NewtonStatus.TOO_MANY_ITERATIONS, displacement, tuple(norms), balance.force_scale
+    )
 
 
 def _downhill_step(balance: Balance, solver: DirectSolver) -> tuple[Array, float]:

@@ -82,12 +82,14 @@ class Surface:
     @property
     def dofs(self) -> Index:
         """(m, 2k) degrees of freedom of each edge, node by node, x before y."""
-        return (2 * self.edges[:, :, None] + np.arange(2)).reshape(len(self.edges), -1)
+        dofs: Index = (2 * self.edges[:, :, None] + np.arange(2)).reshape(len(self.edges), -1)
+        return dofs
 
     def positions(self, displacement: Array) -> Array:
         """Return the deformed positions (m, q, 2) of the Gauss points, mm."""
         deformed = (self.nodes + displacement)[self.edges]
-        return np.einsum("qk,mkc->mqc", self.shape, deformed)
+        position: Array = np.einsum("qk,mkc->mqc", self.shape, deformed)
+        return position
 
     def stretch(self, displacement: Array) -> Array:
         """Return deformed over reference length (m, q) at the Gauss points."""
@@ -111,5 +113,5 @@ class Surface:
         pairs = np.einsum("qa,qb->qab", self.shape, self.shape).reshape(points, nodes * nodes)
         weighted = (self.weight[edges][:, :, None, None] * slope).reshape(count, points, 4)
         block = np.swapaxes(weighted, 1, 2) @ pairs
-        ordered = block.reshape(count, 2, 2, nodes, nodes).transpose(0, 3, 1, 4, 2)
+        ordered: Array = block.reshape(count, 2, 2, nodes, nodes).transpose(0, 3, 1, 4, 2)
         return ordered.reshape(count, 2 * nodes, 2 * nodes)

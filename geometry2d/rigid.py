@@ -47,7 +47,8 @@ class RigidPlacement:
 
     def apply(self, points: ArrayLike) -> Array:
         """Return body points (..., 2) in mm where this placement puts them."""
-        return rotated(points, self.angle_rad) + np.asarray(self.shift_mm)
+        placed: Array = rotated(points, self.angle_rad) + np.asarray(self.shift_mm)
+        return placed
 
     def pull_back(self, points: ArrayLike) -> Array:
         """Return the body points that this placement puts at ``points`` (..., 2)."""

@@ -43,13 +43,14 @@ BONE_STIFFNESS_MPA_PER_MM = 1.0
 """Elastic layer that ties tissue to bone: some 20 times stiffer than 10 mm of bulk tissue."""
 
 NEAR_MM = 2.0
-"""The replay starts when the neck comes this close to a lip, and ends when it has left that zone."""
+"""The replay starts when the neck comes this close to a lip, and ends when it has left again."""
 
 AFTER_RELEASE_S = 0.2
 """How long the lips are followed after the neck has gone."""
 
-DENSITY_TONNE_PER_MM3 = 1e-6
-"""A thousand times tissue's: carries the lips through snap-back, see docs/solver.md."""
+TISSUE = Inertia(density_tonne_per_mm3=1e-9, spectral_radius=0.0, relaxation_s=0.02)
+"""Soft tissue's own density, and a relaxation time that is short against a sip of seconds: what
+snaps back or starts to slip then takes a moment, not none (docs/solver.md has the convergence)."""
 
 WALLS = ("upper_wall", "lower_wall")
 
@@ -155,7 +156,7 @@ class Lips:
             for lip in LIPS
             for part in ("bone", "cut")
         )
-        return System(self.body, tuple(pairs), ties, Inertia(DENSITY_TONNE_PER_MM3))
+        return System(self.body, tuple(pairs), ties, TISSUE)
 
     @cached_property
     def model(self) -> Model:
@@ -288,7 +289,8 @@ class _Diary:
         self._start_s, self._end_s = start_s, end_s
         body = lips.body
         self._dermis = np.concatenate([body.elements_of(f"{lip}_dermis") for lip in LIPS])
-        self._deepest_neck = self._deepest_tooth = self._imbalance = self._restlessness = 0.0
+        self._deepest_neck = self._deepest_tooth = self._imbalance = 0.0
+        self._most_strain = self._most_kinetic = 0.0
 
     def increment(self, commit: Commit) -> Increment:
         state, lips = commit.state, self._lips
@@ -336,7 +338,8 @@ class _Diary:
             "largest_penetration_neck_mm": self._deepest_neck,
             "largest_penetration_teeth_mm": self._deepest_tooth,
             "largest_unbalanced_force_share": self._imbalance,
-            "largest_kinetic_to_strain_energy": self._restlessness,
+            "largest_strain_energy_nmm": self._most_strain,
+            "largest_kinetic_energy_nmm": self._most_kinetic,
         }
 
     def _pairs(self, lip: str, commit: Commit) -> list[tuple[RigidContact, ContactResponse]]:
@@ -369,7 +372,8 @@ class _Diary:
 
         def chosen(name: str) -> Array:
             values = np.stack([getattr(touch.points, name) for _, touch in pairs])
-            return np.take_along_axis(values, nearest[None], axis=0)[0]
+            taken: Array = np.take_along_axis(values, nearest[None], axis=0)[0]
+            return taken
 
         pressure = chosen("pressure") / stretch
         arc = np.where(pressure > 0, chosen("outline_arc"), np.nan)
@@ -390,9 +394,9 @@ class _Diary:
             else:
                 self._deepest_tooth = max(self._deepest_tooth, deepest)
         energies = system.energies(commit.state)
-        touching = any(touch.edges.size for touch in commit.contacts)
-        if touching and energies.strain > 0:
-            self._restlessness = max(self._restlessness, energies.kinetic / energies.strain)
+        self._most_strain = max(self._most_strain, energies.strain)
+        self._most_kinetic = max(self._most_kinetic, energies.kinetic)
+        self._imbalance = max(self._imbalance, commit.newton.imbalance)
 
 
 def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
@@ -403,7 +407,11 @@ def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
     for time in times:
         place = motion.at(float(time))
         gaps = [
-            np.min(pair.outline.project(place.pull_back(pair.surface.positions(nothing)).reshape(-1, 2)).distance)
+            np.min(
+                pair.outline.project(
+                    place.pull_back(pair.surface.positions(nothing)).reshape(-1, 2)
+                ).distance
+            )
             for pair in system.contacts
             if pair.moving
         ]

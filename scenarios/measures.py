@@ -1,4 +1,4 @@
-"""What is said about a contact in one number: pressures over elements and windows, length, force."""
+"""What is said about a contact in one number: pressure over elements and windows, length."""
 
 from __future__ import annotations
 
