@@ -88,15 +88,30 @@ def frame_times(camera: Camera, duration_s: float) -> Array:
 
 
 def render(
-    scene: Scene, camera: Camera, sensor: Sensor, times_s: ArrayLike
+    scene: Scene,
+    camera: Camera,
+    sensor: Sensor,
+    times_s: ArrayLike,
+    frames: Iterable[int] | None = None,
 ) -> Iterator[tuple[Frame, Truth]]:
-    """Yield for each time (s) the frame (rows, columns, 3) uint8 RGB and its truth.
+    """Yield frames (rows, columns, 3) uint8 RGB with their truth.
 
     Frames are drawn one by one as they are asked for, so memory does not grow with the length.
+
+    Parameters
+    ----------
+    scene, camera, sensor
+        What is drawn, and with what.
+    times_s
+        (n,) times of all frames of the recording, s.
+    frames
+        Which of them to draw; None: all. A frame is the same whichever others are drawn.
     """
-    for index, time in enumerate(np.asarray(times_s, float)):
-        light = exposed(scene, camera, sensor, float(time))
-        yield sensor.read_out(light, index), truth_at(scene, camera, float(time), index)
+    times = np.asarray(times_s, float)
+    for index in range(len(times)) if frames is None else frames:
+        time = float(times[index])
+        light = exposed(scene, camera, sensor, time)
+        yield sensor.read_out(light, index), truth_at(scene, camera, time, index)
 
 
 def exposed(scene: Scene, camera: Camera, sensor: Sensor, time_s: float) -> Image:

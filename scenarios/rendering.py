@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 import csv
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path as File
 from typing import Any
@@ -203,10 +203,12 @@ def scene_of(script: Script) -> Scene:
     )
 
 
-def frames_of(script: Script) -> Iterator[tuple[Frame, Truth]]:
-    """Yield the frames of a recording, with the caption, and their truth."""
+def frames_of(script: Script, frames: Sequence[int] | None = None) -> Iterator[tuple[Frame, Truth]]:
+    """Yield the frames of a recording, with the caption, and their truth; all or those numbered."""
     times = frame_times(script.camera, script.recording.duration_s)
-    for frame, truth in render(scene_of(script), script.camera, script.sensor, times):
+    numbers = range(len(times)) if frames is None else frames
+    scene = scene_of(script)
+    for frame, truth in render(scene, script.camera, script.sensor, times, numbers):
         yield captioned(frame, "rendered"), truth
 
 
@@ -227,7 +229,11 @@ def redraw(name: str, out: File) -> None:
     Writes ``recording.mp4``, ``markers.toml``, ``truth.csv`` (markers, px), ``truth_bodies.csv``
     (placements of the drawn bodies) and ``truth_motion.csv`` (the columns of ``motion.csv``).
     """
-    script = script_of(name)
+    write_script_output(script_of(name), out)
+
+
+def write_script_output(script: Script, out: File) -> None:
+    """Draw a recording from its script; see `redraw` for the files."""
     out.mkdir(parents=True, exist_ok=True)
     truths: list[Truth] = []
 
