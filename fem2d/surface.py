@@ -42,12 +42,16 @@ class Surface:
         Thickness of the section, mm.
     points_per_edge
         Gauss points per edge.
+    axisymmetric
+        Whether x is the distance from an axis and the section stands for a full turn around it;
+        the thickness is unused then.
     """
 
     edges: Index
     nodes: Array
     thickness_mm: float = 1.0
     points_per_edge: int = 4
+    axisymmetric: bool = False
     shape: Array = field(init=False, repr=False, compare=False)
     """(q, k) shape functions at the Gauss points of an edge."""
     slope: Array = field(init=False, repr=False, compare=False)
@@ -70,11 +74,13 @@ class Surface:
         speed = np.linalg.norm(np.einsum("qk,mkc->mqc", slope, self.nodes[self.edges]), axis=-1)
         length = speed @ gauss_weight
         start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
+        radius = np.einsum("qk,mk->mq", shape, self.nodes[self.edges][..., 0])
+        depth = 2 * np.pi * radius if self.axisymmetric else self.thickness_mm
         for name, value in (
             ("shape", shape),
             ("slope", slope),
             ("reference_speed", speed),
-            ("weight", speed * gauss_weight * self.thickness_mm),
+            ("weight", speed * gauss_weight * depth),
             ("arc_length", start[:, None] + local * length[:, None]),
         ):
             object.__setattr__(self, name, value)
