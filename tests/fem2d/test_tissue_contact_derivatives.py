@@ -1,0 +1,192 @@
+"""Contact between deformable surfaces: derivative, balance, history, on curves and at corners."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fem2d.friction import FrictionLaw, NormalLaw
+from fem2d.surface import Surface
+from fem2d.tissue_contact import NONE, TissueContact, TissueContactError
+from geometry2d.rigid import RigidPlacement, rotated
+
+NOWHERE = RigidPlacement(0.0, (0.0, 0.0))
+
+
+def chain(points, nodes_per_edge, first):
+    """Edges along a row of points that starts at node ``first``."""
+    last = first + len(points) - 1
+    if nodes_per_edge == 2:
+        return np.column_stack([np.arange(first, last), np.arange(first + 1, last + 1)])
+    return np.column_stack(
+        [
+            np.arange(first, last, 2),
+            np.arange(first + 2, last + 1, 2),
+            np.arange(first + 1, last, 2),
+        ]
+    )
+
+
+def two_surfaces(coefficient, nodes_per_edge, corner=False):
+    """A wavy surface below, run right to left, and one with other nodes above, left to right."""
+    below_x = np.linspace(10, 0, 21)
+    below = np.column_stack([below_x, 0.3 * np.sin(below_x)])
+    above_x = np.linspace(0.4, 9.7, 27)
+    above = np.column_stack([above_x, 0.3 * np.sin(above_x)])
+    if corner:  # a roof that sinks into a flat surface with its ridge
+        below[:, 1] = 0.0
+        above[:, 1] = 0.35 * np.abs(above_x - above_x[13]) - 0.1
+    nodes = np.concatenate([below, above])
+    surfaces = (
+        Surface(chain(below, nodes_per_edge, 0), nodes, 1.3, 3),
+        Surface(chain(above, nodes_per_edge, len(below)), nodes, 1.3, 3),
+    )
+    return TissueContact(
+        "two", surfaces, NormalLaw(20.0, 0.02), FrictionLaw(coefficient, 3.0), reach_mm=0.6
+    )
+
+
+def pressed(contact, seed, size=0.05):
+    """A displacement that presses and slides, and a history that already holds tractions."""
+    rng = np.random.default_rng(seed)
+    nodes = contact.surfaces[0].nodes
+    history = contact.initial_history(np.zeros_like(nodes), NOWHERE)
+    history = replace(history, traction=rng.uniform(-0.2, 0.2, history.traction.shape))
+    return rng.uniform(-size, size, nodes.shape), history
+
+
+def total(contact, displacement, history):
+    response = contact.response(displacement, NOWHERE, history)
+    force = np.zeros(displacement.size)
+    np.add.at(force, response.dofs, response.force)
+    return force, response
+
+
+@pytest.mark.parametrize("corner", [False, True])
+@pytest.mark.parametrize("nodes_per_edge", [2, 3])
+@pytest.mark.parametrize(("coefficient", "state"), [(0.0, "none"), (0.2, "slip"), (10.0, "stick")])
+def test_stiffness_is_the_derivative_of_the_force(coefficient, state, nodes_per_edge, corner):
+    contact = two_surfaces(coefficient, nodes_per_edge, corner)
+    displacement, history = pressed(contact, 3, 0.01 if corner else 0.05)
+    _, response = total(contact, displacement, history)
+    touching = response.touching
+    assert len(touching) >= 4
+    slipping = response.points.slipping[touching]
+    if state == "slip":
+        assert slipping.mean() > (0.15 if corner else 0.5)
+    if state == "stick":
+        assert (~slipping).mean() > 0.5
+    stiffness = np.zeros((displacement.size, displacement.size))
+    for dofs, block in zip(response.dofs, contact.stiffness(response), strict=True):
+        np.add.at(stiffness, np.ix_(dofs, dofs), block)
+    assert np.abs(stiffness).max() > 0.5
+    step = 1e-7
+    numeric = np.empty_like(stiffness)
+    for dof in range(displacement.size):
+        shift = np.zeros(displacement.size)
+        shift[dof] = step
+        shift = shift.reshape(displacement.shape)
+        plus, _ = total(contact, displacement + shift, history)
+        minus, _ = total(contact, displacement - shift, history)
+        numeric[:, dof] = (plus - minus) / (2 * step)
+    np.testing.assert_allclose(stiffness, numeric, atol=3e-6 * np.abs(stiffness).max())
+
+
+@given(seed=st.integers(0, 10**6), coefficient=st.floats(0, 2))
+@settings(max_examples=25, deadline=None)
+def test_action_equals_reaction_and_friction_keeps_its_law(seed, coefficient):
+    contact = two_surfaces(coefficient, 3)
+    displacement, history = pressed(contact, seed)
+    force, response = total(contact, displacement, history)
+    size = np.abs(force).sum()
+    assert size > 0
+    force = force.reshape(-1, 2)
+    place = contact.surfaces[0].nodes + displacement
+    np.testing.assert_allclose(force.sum(axis=0), 0, atol=1e-13 * size)
+    moment = np.sum(place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0])
+    points, touching = response.points, response.touching
+    couple = points.gap[touching] * points.shear[touching] * history.weight[touching]
+    assert moment == pytest.approx(-couple.sum(), abs=1e-11 * size)
+    assert np.all(np.abs(points.shear) <= coefficient * points.pressure * (1 + 1e-12))
+
+
+@given(angle=st.floats(-3, 3), x=st.floats(-20, 20), y=st.floats(-20, 20))
+@settings(max_examples=20, deadline=None)
+def test_turning_everything_turns_the_forces(angle, x, y):
+    contact = two_surfaces(0.6, 3)
+    displacement, history = pressed(contact, 2)
+    force, _ = total(contact, displacement, history)
+    world = RigidPlacement(angle, (x, y))
+    nodes = world.apply(contact.surfaces[0].nodes)
+    surfaces = tuple(Surface(s.edges, nodes, s.thickness_mm, 3) for s in contact.surfaces)
+    turned = replace(contact, surfaces=surfaces)
+    there, _ = total(turned, rotated(displacement, angle), history)
+    np.testing.assert_allclose(
+        there.reshape(-1, 2), rotated(force.reshape(-1, 2), angle), atol=1e-9
+    )
+
+
+def test_a_rigid_turn_after_sticking_brings_no_slip():
+    contact = two_surfaces(1.0, 3)
+    nodes = contact.surfaces[0].nodes
+    displacement, history = pressed(contact, 7)
+    _, response = total(contact, displacement, history)
+    history = response.history
+    turned = rotated(nodes + displacement, 0.7) - nodes
+    here = contact.response(displacement, NOWHERE, history).points
+    there = contact.response(turned, NOWHERE, history).points
+    assert (here.pressure > 0).sum() > 5
+    np.testing.assert_allclose(there.shear, here.shear, atol=1e-12)
+    np.testing.assert_allclose(there.pressure, here.pressure, atol=1e-11)
+
+
+def test_committing_keeps_what_friction_remembers():
+    contact = two_surfaces(0.5, 3)
+    displacement, history = pressed(contact, 9)
+    _, response = total(contact, displacement, history)
+    again = contact.response(displacement, NOWHERE, response.history)
+    once_more = contact.response(displacement, NOWHERE, again.history)
+    # The segments have settled at this displacement: from now on nothing changes any more.
+    np.testing.assert_allclose(once_more.points.shear, again.points.shear, atol=1e-13)
+    np.testing.assert_allclose(once_more.force.sum(axis=0), again.force.sum(axis=0), atol=1e-13)
+    first = contact.response(displacement, NOWHERE, history).points
+    assert np.all(np.abs(again.points.shear).max() <= np.abs(first.shear).max() * 1.2)
+
+
+def test_a_fold_meets_itself_but_not_its_neighbours():
+    # A surface that runs down one bank of a groove and up the other.
+    down = np.column_stack([np.full(11, -0.02), np.linspace(2, 0, 11)])
+    up = np.column_stack([np.full(11, 0.02), np.linspace(0.0, 2, 11)])
+    nodes = np.concatenate([down, [[0.0, -0.05]], up])[::-1].copy()
+    edges = np.column_stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))])
+    surface = Surface(edges, nodes, points_per_edge=2)
+    fold = TissueContact(
+        "fold", (surface,), NormalLaw(10.0, 1e-3), FrictionLaw(0.0), reach_mm=0.2, itself=True
+    )
+    narrowed = np.zeros_like(nodes)
+    narrowed[:, 0] = -1.2 * nodes[:, 0]
+    history = fold.initial_history(np.zeros_like(nodes), NOWHERE)
+    apart = fold.response(np.zeros_like(nodes), NOWHERE, history)
+    assert apart.touching.size == 0
+    assert np.count_nonzero(apart.points.met_edge != NONE) > 30
+    assert np.median(apart.points.gap[apart.points.met_edge != NONE]) == pytest.approx(0.04)
+    overlapping = fold.response(narrowed, NOWHERE, history)
+    assert overlapping.touching.size > 30
+    pushed = np.zeros(nodes.size)
+    np.add.at(pushed, overlapping.dofs, overlapping.force)
+    # The bank that was on the right lies on the left now and is pushed back to the right.
+    assert pushed.reshape(-1, 2)[nodes[:, 0] > 0.01, 0].sum() > 0.01
+    assert pushed.reshape(-1, 2)[nodes[:, 0] < -0.01, 0].sum() < -0.01
+
+
+def test_what_makes_no_sense_is_refused():
+    contact = two_surfaces(0.5, 3)
+    with pytest.raises(TissueContactError, match="one surface with nothing"):
+        replace(contact, surfaces=contact.surfaces[:1])
+    with pytest.raises(TissueContactError, match="must be positive"):
+        replace(contact, reach_mm=0.0)
+    other = Surface(contact.surfaces[1].edges, contact.surfaces[1].nodes.copy())
+    with pytest.raises(TissueContactError, match="different bodies"):
+        replace(contact, surfaces=(contact.surfaces[0], other))
