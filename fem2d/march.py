@@ -20,6 +20,7 @@ from fem2d.linear import DirectSolver, SingularMatrixError
 from fem2d.newton import NewtonResult, NewtonSettings, solve
 from fem2d.state import State
 from fem2d.system import System
+from fem2d.tissue_contact import TissueResponse
 from geometry2d.rigid import RigidMotion, RigidPlacement
 
 Array = NDArray[np.float64]
@@ -76,6 +77,8 @@ class Commit:
     instability
         How the equilibrium would be unstable without inertia; None if it is stable, or if nobody
         asked.
+    folds
+        What each contact of the tissue with itself does at the end of it.
     """
 
     state: State
@@ -84,6 +87,7 @@ class Commit:
     cutbacks: int
     duration_s: float
     instability: Instability | None
+    folds: tuple[TissueResponse, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -194,6 +198,7 @@ def committed(
     time = before.time_s + duration_s
     placement = motion.at(time)
     contacts = system.contact_responses(trial.displacement, placement, before)
+    folds = system.fold_responses(trial.displacement, before)
     if system.inertia.density_tonne_per_mm3 > 0:
         velocity, acceleration = system.inertia.rates(before, trial.displacement, duration_s)
     else:
@@ -206,12 +211,13 @@ def committed(
         acceleration,
         tuple(c.history for c in contacts),
         next_step_s,
+        tuple(f.history for f in folds),
     )
     instability = None
     if watch_stability:
-        tangent = system.static_tangent(trial.displacement, contacts)
+        tangent = system.static_tangent(trial.displacement, contacts, folds)
         instability = instability_of(tangent, system.body.nodes + trial.displacement)
-    return Commit(state, contacts, trial, cutbacks, duration_s, instability)
+    return Commit(state, contacts, trial, cutbacks, duration_s, instability, folds)
 
 
 def _predicted(

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.contact import ContactHistory
+from fem2d.tissue_contact import TissueHistory
 from geometry2d.rigid import RigidPlacement
 
 Array = NDArray[np.float64]
@@ -29,6 +30,8 @@ class State:
         What friction remembers, one per contact pair.
     next_step_s
         How long the next step is to be, s.
+    fold_histories
+        What friction remembers where the tissue touches itself, one per contact.
     """
 
     time_s: float
@@ -38,3 +41,4 @@ class State:
     acceleration: Array
     histories: tuple[ContactHistory, ...]
     next_step_s: float
+    fold_histories: tuple[TissueHistory, ...] = ()

@@ -14,9 +14,11 @@ from fem2d.inertia import Inertia
 from fem2d.newton import Balance
 from fem2d.state import State
 from fem2d.tie import ElasticTie
+from fem2d.tissue_contact import TissueContact, TissueResponse
 from geometry2d.rigid import RigidPlacement
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 AT_REST = RigidPlacement(0.0, (0.0, 0.0))
 """Placement of a rigid body that stands still in the frame of the tissue."""
@@ -46,12 +48,15 @@ class System:
         Elastic ties to bone.
     inertia
         What resists acceleration.
+    folds
+        Contacts of the tissue with itself: lip on lip, creases, or an elastic neck meshed with it.
     """
 
     body: Body
     contacts: tuple[RigidContact, ...]
     ties: tuple[ElasticTie, ...]
     inertia: Inertia
+    folds: tuple[TissueContact, ...] = ()
     tie_stiffness: sp.csr_matrix = field(init=False, repr=False, compare=False)
     mass: sp.csr_matrix = field(init=False, repr=False, compare=False)
     viscosity: sp.csr_matrix = field(init=False, repr=False, compare=False)
@@ -78,7 +83,8 @@ class System:
         histories = tuple(
             c.initial_history(zero, placement if c.moving else AT_REST) for c in self.contacts
         )
-        return State(time_s, placement, zero, zero, zero, histories, next_step_s)
+        folds = tuple(fold.initial_history(zero, AT_REST) for fold in self.folds)
+        return State(time_s, placement, zero, zero, zero, histories, next_step_s, folds)
 
     def contact_responses(
         self, displacement: Array, placement: RigidPlacement, before: State
@@ -87,6 +93,13 @@ class System:
         return tuple(
             pair.response(displacement, placement if pair.moving else AT_REST, history)
             for pair, history in zip(self.contacts, before.histories, strict=True)
+        )
+
+    def fold_responses(self, displacement: Array, before: State) -> tuple[TissueResponse, ...]:
+        """Return what each contact of the tissue with itself does at a trial displacement."""
+        return tuple(
+            fold.response(displacement, AT_REST, history)
+            for fold, history in zip(self.folds, before.fold_histories, strict=True)
         )
 
     def balance(
@@ -114,6 +127,9 @@ class System:
             if body_moves_to is not None and pair.moving:
                 moved = pair.force_of_moving_body(displacement, placement, body_moves_to, touch)
                 np.add.at(contact_force, touch.dofs, moved)
+        folded = self.fold_responses(displacement, before)
+        for fold in folded:
+            np.add.at(contact_force, fold.dofs, fold.force)
         tie_force = self.tie_stiffness @ displacement.ravel()
         residual = response.force + tie_force - contact_force
         scale = max(float(np.max(np.abs(contact_force))), float(np.max(np.abs(tie_force))))
@@ -128,18 +144,26 @@ class System:
         def matrix(safe: bool) -> sp.csr_matrix:
             resisting = pull * self.mass.data + self.viscosity.data / duration_s
             of_body = self.body.response(displacement, projected=safe).stiffness
-            return self._tangent(of_body + resisting, touching, safe=safe)
+            return self._tangent(of_body + resisting, touching, folded, safe=safe)
 
         return Balance(residual, scale, matrix)
 
     def static_tangent(
-        self, displacement: Array, touching: tuple[ContactResponse, ...]
+        self,
+        displacement: Array,
+        touching: tuple[ContactResponse, ...],
+        folded: tuple[TissueResponse, ...],
     ) -> sp.csr_matrix:
         """Return the tangent without inertia (2n, 2n), N/mm, at a displacement (n, 2), mm."""
-        return self._tangent(self.body.response(displacement).stiffness, touching)
+        return self._tangent(self.body.response(displacement).stiffness, touching, folded)
 
     def _tangent(
-        self, of_body: Array, touching: tuple[ContactResponse, ...], *, safe: bool = False
+        self,
+        of_body: Array,
+        touching: tuple[ContactResponse, ...],
+        folded: tuple[TissueResponse, ...],
+        *,
+        safe: bool = False,
     ) -> sp.csr_matrix:
         pattern = self.body.pattern
         data = of_body + self.tie_stiffness.data
@@ -147,7 +171,12 @@ class System:
             if touch.edges.size:
                 blocks = pair.stiffness(touch, safe=safe)
                 np.subtract.at(data, pattern.slots(touch.dofs), blocks)
-        return pattern.matrix(data)
+        matrix = pattern.matrix(data)
+        for fold, touch_of_fold in zip(self.folds, folded, strict=True):
+            if touch_of_fold.force.size:
+                blocks = fold.stiffness(touch_of_fold, safe=safe)
+                matrix = _with_blocks(matrix, touch_of_fold.dofs, -blocks)
+        return matrix
 
     def energies(self, state: State) -> Energies:
         """Return where the energy is in a committed state."""
@@ -156,6 +185,30 @@ class System:
         return Energies(
             strain=self.body.energy_and_force(state.displacement).energy,
             tie=0.5 * float(u @ (self.tie_stiffness @ u)),
-            penalty=sum(t.energy for t in touching),
+            penalty=sum(t.energy for t in touching)
+            + sum(t.energy for t in self.fold_responses(state.displacement, state)),
             kinetic=0.5 * float(v @ (self.mass @ v)),
         )
+
+
+def _with_blocks(matrix: sp.csr_matrix, dofs: Index, blocks: Array) -> sp.csr_matrix:
+    """Return the matrix with blocks (j, k, k) added that couple unknowns (j, k) of any elements.
+
+    Entries are never dropped, so that the pattern depends only on who touches whom.
+    """
+    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+    square = blocks.shape
+    more_rows = np.broadcast_to(dofs[:, :, None], square).ravel()
+    more_columns = np.broadcast_to(dofs[:, None, :], square).ravel()
+    total = sp.coo_matrix(
+        (
+            np.concatenate([matrix.data, blocks.ravel()]),
+            (
+                np.concatenate([rows, more_rows]),
+                np.concatenate([matrix.indices, more_columns]),
+            ),
+        ),
+        shape=matrix.shape,
+    ).tocsr()
+    total.sort_indices()
+    return total

@@ -68,14 +68,15 @@ def total(contact, displacement, history):
 @pytest.mark.parametrize("nodes_per_edge", [2, 3])
 @pytest.mark.parametrize(("coefficient", "state"), [(0.0, "none"), (0.2, "slip"), (10.0, "stick")])
 def test_stiffness_is_the_derivative_of_the_force(coefficient, state, nodes_per_edge, corner):
-    contact = two_surfaces(coefficient, nodes_per_edge, corner)
+    # At the corner the pressure is higher, and so is the bound.
+    contact = two_surfaces(coefficient / (4 if corner else 1), nodes_per_edge, corner)
     displacement, history = pressed(contact, 3, 0.01 if corner else 0.05)
     _, response = total(contact, displacement, history)
     touching = response.touching
     assert len(touching) >= 4
     slipping = response.points.slipping[touching]
     if state == "slip":
-        assert slipping.mean() > (0.15 if corner else 0.5)
+        assert slipping.mean() > 0.4
     if state == "stick":
         assert (~slipping).mean() > 0.5
     stiffness = np.zeros((displacement.size, displacement.size))
