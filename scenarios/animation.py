@@ -102,7 +102,7 @@ class _Stage:
             1 - gap / WIDTH, 1 - 34 / HEIGHT, "", size=15, ha="right", color=INK
         )
         self._strip = HistoryStrip(figure, (78, 544, 760, 126), story.solution, size=11)
-        bars = ((912, 562, 340, 12), (912, 640, 340, 12))
+        bars = ((900, 562, 330, 12), (900, 640, 330, 12))
         colour_bars(figure, self._model.scene, story, bars, size=11)
         moving = [*self._model.artists, *self._strip.artists, self._clock]
         if self._recording is not None:
@@ -157,7 +157,7 @@ def _write_mp4(story: Story, out: Path, progress: Progress) -> None:
 def _write_gif(story: Story, out: Path, progress: Progress) -> None:
     times = film_times(story.solution, GIF_FRAMES_PER_SECOND)
     pages = [
-        Pillow.fromarray(frame).resize(GIF_SIZE, Pillow.Resampling.LANCZOS).quantize(128)
+        Pillow.fromarray(frame).resize(GIF_SIZE, Pillow.Resampling.LANCZOS).quantize(256)
         for frame in film_frames(story, times, progress)
     ]
     shown_ms = round(1000 / GIF_FRAMES_PER_SECOND)

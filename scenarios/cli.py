@@ -95,7 +95,7 @@ def _replay(options: argparse.Namespace) -> int:
     scenario = _chosen_scenario(options)
     with progress_line(f"replay {scenario.name}") as progress:
         run = replay_into(scenario, options.out, resume=options.resume, progress=progress)
-    print(f"{run.folder}: {run.sentence}")
+    print(f"{run.folder}: {run.sentence}\n{run.peaks}")
     return 0 if run.finished else _complain(run.sentence, NOT_FINISHED)
 
 
@@ -129,13 +129,14 @@ def _animate(options: argparse.Namespace) -> int:
 
 def _demo(options: argparse.Namespace) -> int:
     from scenarios.animation import animate
-    from scenarios.plots import plot_histories
+    from scenarios.plots import plot_histories, plot_imprint
     from scenarios.run import convert_recording, replay_into
 
     out: Path = options.out
     scenario = read_scenario("A38-F")
     assert scenario.recording is not None  # the library's scenarios are recorded
-    film, sheet, histories = (out / f"A38-F{ending}" for ending in (".mp4", ".png", "-history.png"))
+    film, sheet = out / "A38-F.mp4", out / "A38-F.png"
+    histories, imprint = out / "A38-F-history.png", out / "A38-F-imprint.png"
     with _stage("1/4 convert: video to motion") as progress:
         motion = convert_recording(scenario.recording, out / "conversion", progress=progress)
     with _stage("2/4 replay: motion to contact") as progress:
@@ -145,13 +146,15 @@ def _demo(options: argparse.Namespace) -> int:
     with _stage("3/4 animate: model beside recording") as progress:
         animate(run.folder, film, beside_video=True, progress=progress)
         animate(run.folder, sheet, beside_video=True, progress=progress)
-    with _stage("4/4 plot: histories"):
+    with _stage("4/4 plot: histories and imprint"):
         plot_histories([run.folder], histories)
-    print(f"\n{run.sentence}\n\nLook at")
+        plot_imprint(run.folder, imprint)
+    print(f"\n{run.sentence}\n{run.peaks}\n\nLook at")
     for path, what in (
         (film, "the sip: recording and model side by side"),
         (sheet, "the same as six frames"),
         (histories, "strain, stress and pressure over the sip"),
+        (imprint, "where and when the neck is pressed"),
         (out / "conversion" / "overlay.mp4", "the recording with its tracked markers"),
         (run.folder / "history.csv", "the numbers"),
     ):

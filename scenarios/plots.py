@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +12,19 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from geometry2d.neck import neck_section
 from scenarios.output import file_at_once
-from scenarios.scene import INK, LOWER, PAPER, PRESSURE_COLOURS, QUIET, UPPER
+from scenarios.scene import (
+    INK,
+    LOWER,
+    PAPER,
+    PRESSURE_COLOURS,
+    QUIET,
+    UPPER,
+    upper_limit,
+)
 from scenarios.solution import LIPS, Quantity, Solution
+from scenarios.spec import read_scenario
 
 Array = NDArray[np.float64]
 
@@ -35,6 +45,7 @@ RUN_COLOURS = (UPPER, LOWER, "#5b8c4a", "#8e4585", "#9a7d2e", "#555b66")
 IMPRINT_STEP_MM = 0.05
 IMPRINT_REACH_MM = 0.8
 IMPRINT_POINTS = 16
+IMPRINT_MARGIN_MM = 1.0
 
 
 def plot_histories(runs: Sequence[Path], out: Path) -> None:
@@ -83,11 +94,12 @@ def plot_imprint(run: Path, out: Path) -> None:
         If ``run`` is not a run directory.
     """
     solution = Solution.load(run)
-    figure = Figure(figsize=(9.0, 6.5), dpi=DPI, facecolor=PAPER, layout="constrained")
+    neck = neck_section(read_scenario(str(run / "scenario.toml")).package.measurements)
+    figure = Figure(figsize=(9.0, 7.0), dpi=DPI, facecolor=PAPER, layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(LIPS), 1, sharex=True)
     imprints = {lip: imprint(solution, lip) for lip in LIPS}
-    highest = max(float(pressure.max(initial=0.0)) for _, pressure in imprints.values()) or 1.0
+    highest = upper_limit(float(pressure.max()) for _, pressure in imprints.values())
     for axes, (lip, (arc, pressure)) in zip(panels, imprints.items(), strict=True):
         image = axes.pcolormesh(
             solution.time_s,
@@ -98,11 +110,14 @@ def plot_imprint(run: Path, out: Path) -> None:
             vmax=highest,
             shading="nearest",
         )
-        axes.set_ylabel(f"{lip} wall: along contour, mm", color=INK, size=11)
+        axes.set_ylim(arc[0] - IMPRINT_MARGIN_MM, arc[-1] + IMPRINT_MARGIN_MM)
+        axes.set_ylabel(f"{lip} lip: place on the neck's\ncontour, mm", color=INK, size=11)
+        _name_stretches(axes, getattr(neck, f"{lip}_stretches"))
         _quiet(axes)
     panels[-1].set_xlabel("time, s", color=INK, size=11)
     bar = figure.colorbar(image, ax=list(panels), pad=0.02, aspect=40)
     bar.set_label("contact pressure, kPa", color=INK, size=11)
+    bar.ax.tick_params(labelsize=10, colors=INK, length=3)
     bar.outline.set_visible(False)
     with file_at_once(out) as partial:
         figure.savefig(partial, facecolor=PAPER)
@@ -138,6 +153,27 @@ def imprint(solution: Solution, lip: str) -> tuple[Array, Array]:
         steps = ((place[rows, columns] - low) / IMPRINT_STEP_MM).round().astype(int)
         np.maximum.at(result, (rows, steps), load[rows, columns])
     return low + IMPRINT_STEP_MM * np.arange(result.shape[1]), result
+
+
+def _name_stretches(axes: Axes, stretches: Mapping[str, tuple[float, float]]) -> None:
+    """Shade the thread's crests and write every visible stretch's name at the right edge."""
+    low, high = axes.get_ylim()
+    for name, (start, end) in stretches.items():
+        if name.startswith("crest"):
+            axes.axhspan(start, end, color="#ece8e1", lw=0, zorder=0)
+        bottom, top = max(start, low), min(end, high)
+        if top - bottom > 0.04 * (high - low):
+            axes.text(
+                1.0,
+                (bottom + top) / 2,
+                f"{name.replace('_', ' ')} ",
+                transform=axes.get_yaxis_transform(),
+                size=10,
+                color=QUIET,
+                ha="right",
+                va="center",
+            )
+    axes.set_ylim(low, high)
 
 
 def _history(axes: Axes, solution: Solution, name: str, colour: str, *, alone: bool) -> None:

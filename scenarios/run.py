@@ -9,7 +9,7 @@ from mocap.convert import convert
 from scenarios.drinking import replay
 from scenarios.output import check_replaceable
 from scenarios.progress import Progress
-from scenarios.solution import Increment
+from scenarios.solution import Increment, peaks_in_words
 from scenarios.spec import MotionFile, Recording, Scenario, ScenarioError, resolved_toml
 from scenarios.writer import SolutionWriter
 
@@ -20,11 +20,15 @@ MOTION_FILES = ("motion.csv", "summary.json", "tracks.csv")
 
 @dataclass(frozen=True)
 class Run:
-    """How a replay ended: where it is, whether the whole motion was replayed, and in words."""
+    """How a replay ended: where it is, whether the whole motion was replayed, and in words.
+
+    ``peaks`` says the extreme values of the run.
+    """
 
     folder: Path
     finished: bool
     sentence: str
+    peaks: str
 
 
 def convert_recording(
@@ -87,12 +91,15 @@ def replay_into(scenario: Scenario, out: Path, *, resume: bool, progress: Progre
             resume_from=writer.last(),
             progress=progress,
         )
-        writer.finish(
+        if writer.count == 0:
+            writer.discard()
+            return Run(out, False, outcome.sentence, "nothing was computed")
+        summary = writer.finish(
             finished=outcome.finished,
             sentence=outcome.sentence,
             about={"scenario": scenario.name, **outcome.about},
         )
-    return Run(out, outcome.finished, outcome.sentence)
+    return Run(out, outcome.finished, outcome.sentence, peaks_in_words(summary))
 
 
 def _provided_motion(scenario: Scenario, writer: SolutionWriter, progress: Progress) -> Path:

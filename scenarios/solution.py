@@ -285,6 +285,16 @@ class Solution:
         return _between(first, second, float(np.clip(weight, 0.0, 1.0)))
 
 
+def peaks_in_words(summary: Mapping[str, Any]) -> str:
+    """Return the extreme values of a run's summary in one line."""
+    return (
+        f"highest contact pressure {summary['upper_lip_pressure_kpa']:.0f} kPa on the upper lip, "
+        f"{summary['lower_lip_pressure_kpa']:.0f} kPa on the lower lip; in the dermis log strain "
+        f"{summary['dermis_min_log_strain']:.2f} to {summary['dermis_max_log_strain']:.2f}, "
+        f"von Mises stress to {summary['dermis_max_mises_kpa']:.0f} kPa"
+    )
+
+
 def read_history(file: Path) -> dict[str, Array]:
     """Return the columns of a history.csv by name."""
     with file.open(encoding="utf-8") as stream:

@@ -74,7 +74,7 @@ class SolutionWriter:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Leave nothing behind if the run failed before there was anything to go on from."""
         if kind is not None and self.count == 0:
-            shutil.rmtree(self.partial, ignore_errors=True)
+            self.discard()
 
     @property
     def folder(self) -> Path:
@@ -133,11 +133,15 @@ class SolutionWriter:
         with (self.partial / "run.log").open("a", encoding="utf-8") as stream:
             stream.write(f"{seconds:9.2f} s  {line}\n")
 
-    def finish(self, *, finished: bool, sentence: str, about: Mapping[str, Any]) -> Path:
+    def discard(self) -> None:
+        """Remove what has been written."""
+        shutil.rmtree(self.partial, ignore_errors=True)
+
+    def finish(self, *, finished: bool, sentence: str, about: Mapping[str, Any]) -> dict[str, Any]:
         """Write history.csv, fields.h5 and summary.json, and put the directory in its place.
 
         ``finished`` says whether the whole motion was replayed, ``sentence`` how it ended, and
-        ``about`` is added to the summary. Returns the directory.
+        ``about`` is added to the summary, which is returned. There must be an increment.
         """
         rows = []
         fields = self.partial / "fields.h5"
@@ -165,7 +169,7 @@ class SolutionWriter:
         shutil.rmtree(self._increments)
         (self.partial / "model.npz").unlink()
         put_in_place(self.partial, self.out)
-        return self.out
+        return summary
 
     def _files(self) -> list[Path]:
         return sorted(self._increments.glob("[0-9]*.npz"))
@@ -193,8 +197,6 @@ def _write_history(file: Path, rows: Sequence[Mapping[str, float]]) -> None:
 
 def _peaks(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
     """Return the extreme values over the run of what is compared between runs."""
-    if not rows:
-        return {}
     smallest = {"dermis_min_log_strain"}
     compared = [
         quantity.name

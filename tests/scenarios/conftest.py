@@ -39,4 +39,5 @@ def run_directory(
     writer.model(model)
     for increment in increments:
         writer.commit(increment)
-    return writer.finish(finished=True, sentence="all of it", about={"scenario": "made up"})
+    writer.finish(finished=True, sentence="all of it", about={"scenario": "made up"})
+    return place / "run"

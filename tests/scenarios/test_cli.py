@@ -238,7 +238,9 @@ def test_a_replay_becomes_a_run_directory(
     monkeypatch.setattr(run, "replay", MadeUpReplay())
     out = tmp_path / "run"
     assert main(["replay", "A38-F", "--motion", str(motion), "--out", str(out)]) == 0
-    assert capsys.readouterr().out == f"{out}: 11 of 11\n"
+    said = capsys.readouterr().out.splitlines()
+    assert said[0] == f"{out}: 11 of 11"
+    assert "60 kPa on the upper lip, 25 kPa on the lower lip" in said[1]
     solution = Solution.load(out)
     assert solution.summary["scenario"] == "A38-F"
     assert solution.summary["elements"] == 7
@@ -262,6 +264,15 @@ def test_a_replay_that_stops_keeps_what_it_has(
     assert solution.time_s.size == 6
     assert solution.summary["finished"] is False
     assert main(["animate", str(out), "--out", str(tmp_path / "sip.png")]) == 0
+
+
+def test_a_replay_that_computes_nothing_leaves_nothing(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, motion: Path
+) -> None:
+    monkeypatch.setattr(run, "replay", MadeUpReplay(until=0))
+    out = tmp_path / "run"
+    assert main(["replay", "A38-F", "--motion", str(motion), "--out", str(out)]) == 3
+    assert [path.name for path in tmp_path.iterdir()] == [motion.parent.name]
 
 
 def test_an_interrupted_replay_goes_on(
@@ -294,7 +305,7 @@ def test_the_demo_says_what_to_look_at(
     stages = [line for line in said if line.endswith(" s")]
     assert [stage[:3] for stage in stages] == ["1/4", "2/4", "3/4", "4/4"]
     named = [Path(line.split("  ")[1]) for line in said[said.index("Look at") + 1 :]]
-    assert len(named) == 5
+    assert len(named) == 6
     assert all(path.is_file() and path.stat().st_size > 1000 for path in named)
     assert {"A38-F.mp4", "A38-F.png"} <= {path.name for path in named}
 
