@@ -92,6 +92,33 @@ def configuration(name: str) -> dict[str, Material]:
     return {full.split("/")[1]: material_card(full).material for full in layers}
 
 
+def configuration_cards(name_or_file: str) -> dict[str, MaterialCard]:
+    """Return the layers of a library file or of a TOML file of your own, outermost first.
+
+    A file of your own has one table a layer, like the library's.
+
+    Raises
+    ------
+    MaterialError
+        If there is no such configuration, or a layer is described wrongly.
+
+    >>> configuration_cards("L2-Ogden")["dermis"].ranges["mu_mpa"]
+    (0.005, 0.0113, 0.05)
+    """
+    path = Path(name_or_file)
+    if path.suffix != ".toml":
+        return {layer: material_card(f"{name_or_file}/{layer}") for layer in configuration(name_or_file)}
+    if not path.is_file():
+        raise MaterialError(f"configuration file {name_or_file} does not exist: check the path")
+    layers = {name: table for name, table in _read(path).items() if isinstance(table, dict)}
+    if not layers:
+        raise MaterialError(f"{path}: no layers: write one table a layer, e.g. [dermis] and [bulk]")
+    return {
+        name: _card(f"{path.stem}/{name}", table, f"{path.name}, [{name}]: ")
+        for name, table in layers.items()
+    }
+
+
 def material_named(name_or_file: str) -> Material:
     """Return a material of the library, or of a TOML file.
 

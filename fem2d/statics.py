@@ -1,0 +1,358 @@
+"""Static equilibrium of a held body with contact and pressure, also beyond a limit point.
+
+Two things can steer a step: the load, or the displacement of one unknown, for which the pressure
+is then solved too (Batoz and Dhatt 1979: two right-hand sides and one factorisation). The second
+goes round the limit point of a pressure, where the first ends because no equilibrium lies nearby.
+Held unknowns are eliminated, so what holds the body is rigid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
+
+from fem2d.body import Body
+from fem2d.contact import ContactHistory, ContactResponse, RigidContact
+from fem2d.linear import DirectSolver, SingularMatrixError
+from fem2d.pressure import FollowerPressure
+from geometry2d.rigid import RigidPlacement
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+AT_REST = RigidPlacement(0.0, (0.0, 0.0))
+ITERATION_LIMIT = 25
+HALVINGS = 9
+"""A step that fails this many times when halved leads nowhere."""
+TOLERANCE = 1e-8
+"""Largest unbalanced nodal force over the largest nodal force that loads the body."""
+
+
+class StaticsError(ValueError):
+    """A static problem was described in a way that makes no sense."""
+
+
+class SettledStatus(Enum):
+    """How the search for one equilibrium ended; the value says it in words."""
+
+    FOUND = "the forces balance"
+    TOO_MANY_ITERATIONS = "the forces did not balance within the allowed iterations"
+    INADMISSIBLE = "the body would be turned inside out"
+    SINGULAR = "the stiffness matrix could not be factorised"
+
+
+class Load(NamedTuple):
+    """What acts: a pressure (suction is negative), and where the moving rigid body is."""
+
+    pressure_mpa: float = 0.0
+    placement: RigidPlacement = AT_REST
+
+    def towards(self, other: Load, share: float) -> Load:
+        """Return the load a share (0…1) of the way to another one."""
+        a, b = self.placement, other.placement
+        shift = tuple((1 - share) * p + share * q for p, q in zip(a.shift_mm, b.shift_mm))
+        return Load(
+            (1 - share) * self.pressure_mpa + share * other.pressure_mpa,
+            RigidPlacement(
+                (1 - share) * a.angle_rad + share * b.angle_rad, (float(shift[0]), float(shift[1]))
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Where one search for equilibrium ended.
+
+    Attributes
+    ----------
+    status
+        Whether the forces balance.
+    displacement
+        (n, 2), mm.
+    load
+        The load at which it was searched; the pressure found where a displacement steered.
+    contacts
+        What each contact pair does there; their histories are those of the next step.
+    reaction
+        (2n,) internal less external forces, N: what holds the body at its held unknowns.
+    iterations
+        Linear systems solved.
+    """
+
+    status: SettledStatus
+    displacement: Array
+    load: Load
+    contacts: tuple[ContactResponse, ...]
+    reaction: Array
+    iterations: int
+
+    @property
+    def found(self) -> bool:
+        """Whether the forces balance."""
+        return self.status is SettledStatus.FOUND
+
+    @property
+    def histories(self) -> tuple[ContactHistory, ...]:
+        """What friction remembers."""
+        return tuple(touch.history for touch in self.contacts)
+
+
+class Reach(NamedTuple):
+    """The displacement that one unknown is to reach, mm, by whatever pressure that takes."""
+
+    unknown: int
+    value_mm: float
+
+
+@dataclass(frozen=True)
+class StaticSystem:
+    """A body, what holds it, what it touches and what presses on it.
+
+    Parameters
+    ----------
+    body
+        The tissue.
+    held
+        (h,) unknowns ``2 * node + component`` that do not move.
+    contacts
+        Contact pairs with rigid outlines.
+    pressures
+        Surfaces on which the load's pressure acts.
+    """
+
+    body: Body
+    held: Index
+    contacts: tuple[RigidContact, ...] = ()
+    pressures: tuple[FollowerPressure, ...] = ()
+    free: NDArray[np.bool_] = field(init=False, repr=False, compare=False)
+    """(2n,) which unknowns may move."""
+    _crossed_out: NDArray[np.bool_] = field(init=False, repr=False, compare=False)
+    _held_diagonal: Index = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        pattern = self.body.pattern
+        free = np.ones(pattern.size, bool)
+        free[self.held] = False
+        row = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr))
+        crossed = ~(free[row] & free[pattern.indices])
+        diagonal = np.flatnonzero((row == pattern.indices) & ~free[row])
+        for name, value in (
+            ("free", free),
+            ("_crossed_out", crossed),
+            ("_held_diagonal", diagonal),
+        ):
+            object.__setattr__(self, name, value)
+
+    def undeformed(self, load: Load | None = None) -> Settled:
+        """Return the body at rest, before anything acts."""
+        zero = np.zeros_like(self.body.nodes)
+        load = load or Load()
+        histories = tuple(c.initial_history(zero, self._at(c, load)) for c in self.contacts)
+        return Settled(
+            SettledStatus.FOUND,
+            zero,
+            load,
+            self._touching(zero, load, histories),
+            np.zeros(zero.size),
+            0,
+        )
+
+    def tangent(self, settled: Settled) -> sp.csr_matrix:
+        """Return the derivative (2n, 2n) of the unbalanced forces, N/mm, held unknowns as 1."""
+        return self._matrix(settled.displacement, settled.load, settled.contacts)
+
+    def pressure_force(self, displacement: Array) -> Array:
+        """Return the nodal forces (2n,) of a pressure of 1 MPa, N/MPa."""
+        force = np.zeros(displacement.size)
+        for pressure in self.pressures:
+            np.add.at(force, pressure.dofs, pressure.unit_force(displacement))
+        return force
+
+    def _at(self, pair: RigidContact, load: Load) -> RigidPlacement:
+        return load.placement if pair.moving else AT_REST
+
+    def _touching(
+        self, displacement: Array, load: Load, before: tuple[ContactHistory, ...]
+    ) -> tuple[ContactResponse, ...]:
+        return tuple(
+            pair.response(displacement, self._at(pair, load), history)
+            for pair, history in zip(self.contacts, before, strict=True)
+        )
+
+    def _residual(
+        self, displacement: Array, load: Load, before: tuple[ContactHistory, ...]
+    ) -> _Residual | None:
+        """Return the unbalanced forces, or None if the deformation is inadmissible."""
+        response = self.body.energy_and_force(displacement)
+        if not np.isfinite(response.energy):
+            return None
+        contact = np.zeros(displacement.size)
+        touching = self._touching(displacement, load, before)
+        for touch in touching:
+            np.add.at(contact, touch.dofs, touch.force)
+        per_mpa = self.pressure_force(displacement)
+        pressing = load.pressure_mpa * per_mpa
+        rest = response.force - contact - pressing
+        scale = max(float(np.max(np.abs(contact))), float(np.max(np.abs(pressing))))
+        return _Residual(rest, float(np.max(np.abs(rest[self.free]))), scale, per_mpa, touching)
+
+    def _matrix(
+        self, displacement: Array, load: Load, touching: tuple[ContactResponse, ...]
+    ) -> sp.csr_matrix:
+        pattern = self.body.pattern
+        data = self.body.response(displacement).stiffness
+        for pair, touch in zip(self.contacts, touching, strict=True):
+            if touch.edges.size:
+                np.subtract.at(data, pattern.slots(touch.dofs), pair.stiffness(touch))
+        if load.pressure_mpa != 0:
+            for pressure in self.pressures:
+                blocks = load.pressure_mpa * pressure.unit_stiffness(displacement)
+                np.subtract.at(data, pattern.slots(pressure.dofs), blocks)
+        data[self._crossed_out] = 0.0
+        data[self._held_diagonal] = 1.0
+        return pattern.matrix(data)
+
+
+class _Residual(NamedTuple):
+    """Unbalanced forces (2n,), the largest of the free ones, the largest that acts, the forces of
+    a unit pressure, and what the contacts do."""
+
+    forces: Array
+    largest: float
+    scale: float
+    per_mpa: Array
+    touching: tuple[ContactResponse, ...]
+
+
+def settle(
+    system: StaticSystem,
+    before: Settled,
+    load: Load,
+    *,
+    solver: DirectSolver,
+    reach: Reach | None = None,
+    guess: Array | None = None,
+) -> Settled:
+    """Return the equilibrium at ``load`` that Newton's method finds from ``before``, in one step.
+
+    Parameters
+    ----------
+    system
+        What is to be in balance.
+    before
+        The equilibrium before; friction remembers it.
+    load
+        The load; with ``reach`` its pressure is only where the search for the pressure starts.
+    solver
+        For the linear systems.
+    reach
+        The displacement that steers instead of the pressure.
+    guess
+        (n, 2) where to start, mm; ``before`` if absent.
+    """
+    displacement = before.displacement if guess is None else guess
+    status, iterations = SettledStatus.TOO_MANY_ITERATIONS, 0
+    residual = system._residual(displacement, load, before.histories)
+    if residual is None:
+        return Settled(
+            SettledStatus.INADMISSIBLE, displacement, load, before.contacts, before.reaction, 0
+        )
+    while iterations < ITERATION_LIMIT:
+        arrived = reach is None or abs(displacement.flat[reach.unknown] - reach.value_mm) < 1e-12
+        if iterations and arrived and residual.largest <= TOLERANCE * residual.scale:
+            status = SettledStatus.FOUND
+            break
+        try:
+            solver.factorise(system._matrix(displacement, load, residual.touching))
+        except SingularMatrixError:
+            status = SettledStatus.SINGULAR
+            break
+        step = -solver.solve(np.where(system.free, residual.forces, 0.0))
+        if reach is not None:
+            by_pressure = solver.solve(np.where(system.free, residual.per_mpa, 0.0))
+            missing = reach.value_mm - displacement.flat[reach.unknown] - step[reach.unknown]
+            pressure = missing / by_pressure[reach.unknown]
+            step += pressure * by_pressure
+            load = load._replace(pressure_mpa=load.pressure_mpa + pressure)
+        iterations += 1
+        trial = _admissible(system, displacement, step.reshape(-1, 2), load, before.histories)
+        if trial is None:
+            status = SettledStatus.INADMISSIBLE
+            break
+        displacement, residual = trial
+    return Settled(
+        status, displacement, load, residual.touching, residual.forces, iterations
+    )
+
+
+def _admissible(
+    system: StaticSystem,
+    displacement: Array,
+    step: Array,
+    load: Load,
+    before: tuple[ContactHistory, ...],
+) -> tuple[Array, _Residual] | None:
+    """Return where a step leads, shortened until nothing is turned inside out."""
+    for share in (1.0, 0.5, 0.25, 0.125):
+        trial = displacement + share * step
+        residual = system._residual(trial, load, before)
+        if residual is not None:
+            return trial, residual
+    return None
+
+
+def advance(
+    system: StaticSystem, before: Settled, load: Load, *, solver: DirectSolver
+) -> Iterator[Settled]:
+    """Yield the equilibria on the way from ``before`` to ``load``, the last one at ``load``.
+
+    A step that fails is halved and tried again; if even the shortest fails, the last equilibrium
+    yielded is short of ``load`` and the one after it, not found, says why.
+    """
+    done, step = 0.0, 1.0
+    state, start = before, before.load
+    while done < 1.0:
+        goal = min(1.0, done + step)
+        trial = settle(system, state, start.towards(load, goal), solver=solver)
+        if trial.found:
+            yield trial
+            state, done, step = trial, goal, min(2 * step, 1.0)
+        elif step > 2.0**-HALVINGS:
+            step /= 2
+        else:
+            yield trial
+            return
+
+
+def eigenvalue_nearest_zero(
+    system: StaticSystem, settled: Settled, *, solver: DirectSolver
+) -> float:
+    """Return the eigenvalue of the tangent that is nearest to zero, N/mm; nan if none is found.
+
+    It passes through zero where an equilibrium is lost: at a limit point of the load or at a
+    bifurcation. Held unknowns are left out.
+    """
+    tangent = system.tangent(settled)
+    try:
+        solver.factorise(tangent)
+    except SingularMatrixError:
+        return 0.0
+    size = len(system.free)
+
+    def inverse(vector: Array) -> Array:
+        return solver.solve(np.where(system.free, vector.ravel(), 0.0))
+
+    operator = LinearOperator((size, size), matvec=inverse, dtype=float)
+    start = np.where(system.free, 1.0, 0.0)
+    try:
+        largest = eigs(operator, k=1, which="LM", v0=start, return_eigenvectors=False, tol=1e-6)
+    except ArpackNoConvergence:
+        return float("nan")
+    return float((1.0 / largest[0]).real)
