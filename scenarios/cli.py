@@ -44,7 +44,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code: int = options.command(options)
         sys.stdout.flush()
     except KeyboardInterrupt:
-        return _complain("interrupted", INTERRUPTED)
+        resumable = "resume" in options
+        remedy = "; the same command with --resume goes on where it was" if resumable else ""
+        return _complain(f"interrupted{remedy}", INTERRUPTED)
     except BrokenPipeError:
         # Whoever read our output has enough; nothing is left to be flushed at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

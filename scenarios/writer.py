@@ -1,8 +1,9 @@
 """Writing a run directory so that a killed run loses nothing it had computed.
 
 While a run goes on, every committed increment is one file of ``increments/`` in the ``.partial``
-directory, put there by a rename: however the run ends, each increment is complete or absent, and
-the run can go on after the last one. Only a complete run gets ``fields.h5`` and its final name.
+directory, put there by a rename: however the run ends, each increment is complete or absent. The
+solver's state is kept for the last one only, so that the run can go on after it. Only a complete
+run gets ``fields.h5`` and its final name.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import shutil
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import fields as dataclass_fields
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -96,7 +98,10 @@ class SolutionWriter:
     def last(self) -> Increment | None:
         """Return the last complete increment, from which a run can go on, or None."""
         files = self._files()
-        return _read_increment(files[-1]) if files else None
+        if not files:
+            return None
+        state = _read_arrays(self._state_file(len(files) - 1))
+        return replace(_read_increment(files[-1]), state=state)
 
     def model(self, model: Model) -> None:
         """Write the undeformed section; once, before the first increment."""
@@ -113,7 +118,10 @@ class SolutionWriter:
     def commit(self, increment: Increment) -> None:
         """Add a converged increment; when this returns it is safe on disk."""
         row = increment.row()
+        # The state goes first: an increment counts from the moment its own file is there.
+        _write_arrays(self._state_file(self.count), dict(increment.state))
         _write_arrays(self._increments / f"{self.count:06d}.npz", _increment_arrays(increment))
+        self._state_file(self.count - 1).unlink(missing_ok=True)
         self.count += 1
         history = self.partial / "history.csv"
         new = not history.exists()
@@ -167,9 +175,13 @@ class SolutionWriter:
         text = json.dumps(summary, indent=2, allow_nan=False)
         (self.partial / "summary.json").write_text(text + "\n", encoding="utf-8")
         shutil.rmtree(self._increments)
+        self._state_file(self.count - 1).unlink()
         (self.partial / "model.npz").unlink()
         put_in_place(self.partial, self.out)
         return summary
+
+    def _state_file(self, number: int) -> Path:
+        return self.partial / f"state-{number:06d}.npz"
 
     def _files(self) -> list[Path]:
         return sorted(self._increments.glob("[0-9]*.npz"))
@@ -249,7 +261,6 @@ def _increment_arrays(increment: Increment) -> Arrays:
     }
     arrays |= {f"element/{name}": np.asarray(field) for name, field in increment.element.items()}
     arrays |= {f"history/{name}": np.array(value) for name, value in increment.history.items()}
-    arrays |= {f"state/{name}": np.asarray(field) for name, field in increment.state.items()}
     for lip, contact in increment.contact.items():
         arrays |= {
             f"contact/{lip}/{f.name}": getattr(contact, f.name) for f in dataclass_fields(contact)
@@ -272,7 +283,6 @@ def _read_increment(file: Path) -> Increment:
         history={name: float(value) for name, value in _group(arrays, "history").items()},
         newton_iterations=int(arrays["cost"][0]),
         cutbacks=int(arrays["cost"][1]),
-        state=_group(arrays, "state"),
     )
 
 

@@ -286,7 +286,7 @@ def test_an_interrupted_replay_goes_on(
     monkeypatch.setattr(run, "replay", MadeUpReplay(until=6, interrupted=True))
     assert main(command) == 130
     assert not out.exists()
-    capsys.readouterr()
+    assert "--resume goes on" in capsys.readouterr().err
     monkeypatch.setattr(run, "replay", MadeUpReplay())
     assert "without --resume" in complaint(
         capsys, *command, "--resume", "--set", "contact.friction=0.9"

@@ -83,6 +83,7 @@ def test_a_killed_run_goes_on_where_it_was(
         killed.commit(increment)
     # What a kill in the middle of the next write leaves behind.
     (killed.folder / "increments" / ".000004.partial.npz").write_bytes(b"half a file")
+    (killed.folder / "state-000004.npz").write_bytes(b"half a file")
     assert not out.exists()
 
     resumed = SolutionWriter(out, TOML, resume=True)
