@@ -10,6 +10,7 @@ T6M    quadratic triangle   3, mean dilatation  closer to incompressible than ν
 Q4     bilinear square      2 × 2               comparison with other programs; locks
 Q4R    bilinear square      1                   comparison only: hourglasses
 Q4M    bilinear square      2 × 2, mean dil.    structured meshes near incompressibility
+Q4RM   bilinear square      1, mean dil.        the same as Q4R: comparison only
 Q8     serendipity square   3 × 3               structured meshes, bending
 Q8R    serendipity square   2 × 2               the thesis' CAX8R
 Q8M    serendipity square   3 × 3, mean dil.    structured meshes near incompressibility
@@ -64,6 +65,9 @@ class Element:
     @property
     def quadrature(self) -> tuple[Array, Array]:
         """Points (2, q) and weights (q,) on the reference element."""
+        if self.order == 1:  # scikit-fem's smallest rules have more than the one point needed
+            middle = 1 / 3 if self.shape.refdom is skfem.refdom.RefTri else 1 / 2
+            return np.full((2, 1), middle), np.array([0.5 if middle < 0.5 else 1.0])
         points, weights = get_quadrature(self.shape.refdom, self.order)
         return points, weights
 
@@ -83,6 +87,7 @@ ELEMENTS: dict[str, Element] = {
         Element("Q4", skfem.ElementQuad1(), 3),
         Element("Q4R", skfem.ElementQuad1(), 1),
         Element("Q4M", skfem.ElementQuad1(), 3, mean_dilatation=True),
+        Element("Q4RM", skfem.ElementQuad1(), 1, mean_dilatation=True),
         Element("Q8", skfem.ElementQuadS2(), 5),
         Element("Q8R", skfem.ElementQuadS2(), 3),
         Element("Q8M", skfem.ElementQuadS2(), 5, mean_dilatation=True),

@@ -25,6 +25,7 @@ from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.library import material_card, material_named
 from fem2d.materials.material import Material, poisson_ratio
 from fem2d.materials.ogden import Ogden
+from scenarios.element_types import element_type_rows
 from scenarios.output import check_replaceable, partial_directory, put_in_place
 from scenarios.settings import setting
 
@@ -150,10 +151,10 @@ def cube_curve(material: Material, options: ElementOptions) -> Curve:
 
 
 def thesis_figures(out: Path) -> ElementResult:
-    """Redo the studies behind the thesis' Figures 3.7, 3.8 and 3.9, one folder, one CSV a curve.
+    """Redo the studies behind the thesis' Figures 3.7, 3.8 and 3.9, and that of element types.
 
-    ``figure-3.7.png`` … with ``figure-3.7-<curve>.csv`` beside; arguments and errors as of
-    :func:`element_study`.
+    ``figure-3.7.png`` … with ``figure-3.7-<curve>.csv`` beside, and ``element-types.csv`` as
+    :mod:`scenarios.element_types` describes it; arguments and errors as of :func:`element_study`.
     """
     options = ElementOptions(direction="z")
     sentences: list[str] = []
@@ -164,6 +165,11 @@ def thesis_figures(out: Path) -> ElementResult:
                 _write_csv(folder / f"figure-{figure}-{_file_name(name)}.csv", curve)
                 sentences += [f"figure {figure}, {name}: {said}" for said in curve.warnings()]
             _plot(folder / f"figure-{figure}.png", curves, title)
+        rows = [dataclasses.asdict(row) for row in element_type_rows()]
+        with (folder / "element-types.csv").open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
         _write_summary(folder, {"options": dataclasses.asdict(options), "remarks": sentences})
     return ElementResult(out, tuple(sentences))
 
