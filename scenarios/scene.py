@@ -15,13 +15,14 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, PowerNorm
+from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Curve
-from matplotlib.transforms import Affine2D
+from matplotlib.transforms import Affine2D, Transform
 from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidPlacement
-from scenarios.solution import ELEMENT_FIELDS, Frame, Integers, Model, Solution
+from scenarios.solution import ELEMENT_FIELDS, IN_NECK_FRAME, Frame, Integers, Model, Solution
 
 Array = NDArray[np.float64]
 
@@ -47,6 +48,17 @@ STRAIN_COLOURS = LinearSegmentedColormap.from_list(
 )
 PRESSURE_COLOURS = LinearSegmentedColormap.from_list(
     "pressure", ["#bfe6e4", "#4fb3c4", "#1c6f9c", "#123a7a", "#160b47"]
+)
+
+# Name of the outline, its colours, and where it lies in the stack of what is drawn.
+RIGID_PARTS = (
+    ("package", PACKAGE, "none", 0),
+    ("upper_jaw", BONE, HARD_EDGE, 1),
+    ("lower_jaw", BONE, HARD_EDGE, 1),
+    ("upper_tooth", TOOTH, HARD_EDGE, 2),
+    ("lower_tooth", TOOTH, HARD_EDGE, 2),
+    ("upper_wall", NECK, NECK_EDGE, 6),
+    ("lower_wall", NECK, NECK_EDGE, 6),
 )
 
 # A T6 triangle as the polygon of its six nodes, in order around it.
@@ -147,53 +159,32 @@ class Scene:
         self, axes: Axes, solution: Solution, shown: Shown, limits: tuple[float, float]
     ) -> None:
         model = solution.model
+        self._axes = axes
         self._model = model
         self._shown = shown
         self._head = Affine2D()
         self._neck = Affine2D()
-        in_head = self._head + axes.transData
-        in_neck = self._neck + in_head
+        self._in_head = self._head + axes.transData
+        self._in_neck = self._neck + self._in_head
         self.artists: list[Artist] = []
-
-        outlines = model.outlines
-        if "package" in outlines:
-            self._add(axes, _area([outlines["package"]], PACKAGE, "none"), in_neck, 0)
-        for line in _outside(outlines.get("profile"), model):
-            (drawn,) = axes.plot(*line.T, color=QUIET, lw=1.4, zorder=1, solid_capstyle="round")
-            drawn.set_transform(in_head)
-            self.artists.append(drawn)
-        for name in ("upper_jaw", "lower_jaw"):
-            if name in outlines:
-                self._add(axes, _area([outlines[name]], BONE, HARD_EDGE), in_head, 1)
-        for name in ("upper_tooth", "lower_tooth"):
-            if name in outlines:
-                self._add(axes, _area([outlines[name]], TOOTH, HARD_EDGE), in_head, 2)
-
+        self._add_rigid_parts()
         names = np.array(model.region_names)[model.region]
-        is_dermis = np.char.endswith(names, "dermis")
-        self._dermis = np.flatnonzero(is_dermis)
+        self._dermis = np.flatnonzero(np.char.endswith(names, "dermis"))
         self._bulk_loops = _loops_by_region(model, names, "bulk")
-        self._skin_loops = _loops_by_region(model, names, "dermis")
-        self._bulk = _area([], BULK, "none")
-        self._add(axes, self._bulk, in_head, 3)
-        self._elements = PolyCollection(
-            [],
-            cmap=shown.colours,
-            norm=PowerNorm(0.5, 0.0, limits[0]),
-            edgecolors="face",
-            linewidths=0.2,
-            zorder=4,
-        )
-        self._add(axes, self._elements, in_head, 4)
-        self._edges = _area([], "none", SKIN_EDGE, width=0.8)
-        self._add(axes, self._edges, in_head, 5)
-        for name in ("upper_wall", "lower_wall"):
-            if name in outlines:
-                self._add(axes, _area([outlines[name]], NECK, NECK_EDGE), in_neck, 6)
+        self._all_loops = _loops_by_region(model, names, "dermis") + self._bulk_loops
         self._skin = {
             lip: SkinLine(model, model.skin[lip], contact.arc_mm)
             for lip, contact in solution.contact.items()
         }
+        self._bulk = _area([], BULK, "none")
+        self._edges = _area([], "none", SKIN_EDGE, width=0.8)
+        self._elements = PolyCollection(
+            [],
+            cmap=shown.colours,
+            norm=PowerNorm(0.5, 0.0, limits[0]),  # low values tell apart
+            edgecolors="face",
+            linewidths=0.2,
+        )
         self._pressure = LineCollection(
             [],
             cmap=PRESSURE_COLOURS.with_extremes(under=(0, 0, 0, 0)),
@@ -201,7 +192,13 @@ class Scene:
             linewidths=4.5,
             capstyle="round",
         )
-        self._add(axes, self._pressure, in_head, 7)
+        for artist, order in (
+            (self._bulk, 3),
+            (self._elements, 4),
+            (self._edges, 5),
+            (self._pressure, 7),
+        ):
+            self._add(artist, self._in_head, order)
         self.artists.sort(key=lambda artist: artist.get_zorder())
 
     @property
@@ -220,9 +217,7 @@ class Scene:
         _set_placement(self._neck, frame.placement)
         positions = self._model.nodes + frame.displacement
         self._bulk.set_path(_closed([positions[loop] for loop in self._bulk_loops]))
-        self._edges.set_path(
-            _closed([positions[loop] for loop in self._skin_loops + self._bulk_loops])
-        )
+        self._edges.set_path(_closed([positions[loop] for loop in self._all_loops]))
         corners = self._model.triangles[self._dermis][:, AROUND]
         self._elements.set_verts(list(positions[corners]))
         values = frame.element[self._shown.field][self._dermis]
@@ -235,11 +230,21 @@ class Scene:
         self._pressure.set_segments(list(np.concatenate(segments)))
         self._pressure.set_array(np.concatenate(pressures))
 
-    def _add(self, axes: Axes, artist: Artist, transform: object, zorder: int) -> None:
-        artist.set_zorder(zorder)
-        artist.set_transform(transform)  # type: ignore[arg-type]
-        axes.add_artist(artist)
-        artist.set_clip_path(axes.patch)
+    def _add_rigid_parts(self) -> None:
+        outlines = self._model.outlines
+        for name, face, edge, order in RIGID_PARTS:
+            if name in outlines:
+                transform = self._in_neck if name in IN_NECK_FRAME else self._in_head
+                self._add(_area([outlines[name]], face, edge), transform, order)
+        for points in _outside(outlines.get("profile"), self._model):
+            line = Line2D(*points.T, color=QUIET, lw=1.4, solid_capstyle="round")
+            self._add(line, self._in_head, 1)
+
+    def _add(self, artist: Artist, transform: Transform, order: int) -> None:
+        artist.set_zorder(order)
+        artist.set_transform(transform)
+        self._axes.add_artist(artist)
+        artist.set_clip_path(self._axes.patch)
         self.artists.append(artist)
 
 

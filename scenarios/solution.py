@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 LIPS = ("upper", "lower")
+IN_NECK_FRAME = ("upper_wall", "lower_wall", "package")
+"""The outlines of a model that move with the neck."""
 
 
 class SolutionError(ValueError):

@@ -29,6 +29,7 @@ from scenarios.solution import (
     CONTACT_FIELDS,
     ELEMENT_FIELDS,
     HISTORY,
+    IN_NECK_FRAME,
     ContactField,
     Increment,
     Model,
@@ -37,8 +38,6 @@ from scenarios.solution import (
 )
 
 Arrays = dict[str, NDArray[Any]]
-
-IN_NECK_FRAME = ("upper_wall", "lower_wall", "package")
 
 
 class SolutionWriter:
