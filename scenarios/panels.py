@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -58,6 +59,29 @@ class ModelPanel:
         self.scene.show(frame, head)
 
 
+class Picture(Artist):
+    """An image shown pixel for pixel, its lower left corner at a place of the canvas, px.
+
+    matplotlib's own images are resampled whenever they are drawn, which takes longer than
+    everything else in a frame together.
+    """
+
+    def __init__(self, corner_px: tuple[float, float], image: Image) -> None:
+        super().__init__()
+        self._corner_px = corner_px
+        self.set_image(image)
+
+    def set_image(self, image: Image) -> None:
+        """Show another image (rows, columns, 3), RGB."""
+        opaque = np.full((*image.shape[:2], 1), 255, np.uint8)
+        self._rgba = np.ascontiguousarray(np.concatenate([image, opaque], axis=2)[::-1])
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Copy the image onto the canvas."""
+        if self.get_visible():
+            renderer.draw_image(renderer.new_gc(), *self._corner_px, self._rgba)
+
+
 class RecordingPanel:
     """A part of the recording, with the model's window outlined where its scale is known."""
 
@@ -69,10 +93,12 @@ class RecordingPanel:
         self._story = story
         self._aspect = aspect
         self._crop: Crop | None = None
+        self.axes.set_xlim(0.0, self._size[0])
+        self.axes.set_ylim(self._size[1], 0.0)
         blank = np.full((self._size[1], self._size[0], 3), 235, np.uint8)
-        extent = (0.0, float(self._size[0]), float(self._size[1]), 0.0)
-        self._image = self.axes.imshow(blank, extent=extent, interpolation="nearest")
-        self.axes.set_aspect("auto")
+        bottom = round(figure.get_figheight() * figure.dpi - place[1] - place[3])
+        self._image = Picture((round(place[0]), bottom), blank)
+        self.axes.add_artist(self._image)
         self._outline = Rectangle((0, 0), 0, 0, fill=False, ec="white", lw=1.6, visible=False)
         self.axes.add_patch(self._outline)
         title = label if label is not None else story.recording_title
@@ -85,7 +111,7 @@ class RecordingPanel:
         if self._crop is None:
             self._frame_mouth(picture)
         assert self._crop is not None
-        self._image.set_data(self._crop.scaled(picture, self._size))
+        self._image.set_image(self._crop.scaled(picture, self._size))
 
     def _frame_mouth(self, picture: Image) -> None:
         """Choose the part of the picture to show: around the mouth, or else the whole picture."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -219,14 +220,17 @@ class Scene:
         self._bulk.set_path(_closed([positions[loop] for loop in self._bulk_loops]))
         self._edges.set_path(_closed([positions[loop] for loop in self._all_loops]))
         corners = self._model.triangles[self._dermis][:, AROUND]
-        self._elements.set_verts(list(positions[corners]))
+        # An array is set many times faster than the list that the annotation asks for.
+        self._elements.set_verts(cast(Any, positions[corners]))
         values = frame.element[self._shown.field][self._dermis]
         self._elements.set_array(values * self._shown.factor)
         segments, pressures = [], []
         for lip, line in self._skin.items():
             points, pressure = line.points(positions), 1e3 * frame.pressure_mpa[lip]
-            segments.append(np.stack([points[:-1], points[1:]], axis=1))
-            pressures.append((pressure[:-1] + pressure[1:]) / 2)
+            between = (pressure[:-1] + pressure[1:]) / 2
+            pressed = between > 0
+            segments.append(np.stack([points[:-1], points[1:]], axis=1)[pressed])
+            pressures.append(between[pressed])
         self._pressure.set_segments(list(np.concatenate(segments)))
         self._pressure.set_array(np.concatenate(pressures))
 

@@ -47,6 +47,19 @@ def test_the_recording_runs_along_with_the_model(run_directory: Path) -> None:
     assert story.recording_title == "recording (rendered)"
 
 
+def test_the_recording_is_shown_upright_and_in_its_place(run_directory: Path) -> None:
+    story = Story.of(run_directory, field="von_mises_mpa", beside_video=True)
+    (frame,) = film_frames(story, np.array([1.5]), lambda share, text: None)
+    panel = frame[52:514, 16:632].astype(int).sum(axis=2)
+    rows, columns = np.nonzero(panel[40:] < 120)  # the dark bar, below the panel's label
+    window = story.window_px(616 / 462)
+    crop = Crop.around(window, picture=(320, 200), aspect=616 / 462)
+    scale = 616 / crop.width
+    # The bar covers the px 200…259 and 130…139 of the recording.
+    assert rows.mean() + 40 == pytest.approx((134.5 - crop.top) * scale, abs=3)
+    assert columns.mean() == pytest.approx((229.5 - crop.left) * scale, abs=3)
+
+
 def test_frames_depend_on_their_time_alone(run_directory: Path) -> None:
     story = Story.of(run_directory, field="von_mises_mpa", beside_video=False)
     once = list(film_frames(story, np.array([1.0, 1.5]), lambda share, text: None))
