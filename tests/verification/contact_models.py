@@ -64,10 +64,9 @@ class LoadedSystem(System):
 
         def matrix(safe: bool) -> sp.csr_matrix:
             result = plain.matrix(safe)
-            nodes = self.held // 2
-            slots = self.body.pattern.node_pairs(nodes, nodes)
-            slots = slots + (self.held % 2) * (self.body.pattern.row_length[nodes] + 1)
-            result.data[slots] += self.hold
+            diagonal = result.diagonal()
+            diagonal[self.held] += self.hold
+            result.setdiag(diagonal)
             return result
 
         return Balance(residual, scale, matrix)

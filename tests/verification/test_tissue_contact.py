@@ -1,0 +1,255 @@
+"""Deformable bodies in contact, and a body in contact with itself, against closed forms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import skfem
+from contact_models import (
+    LoadedSystem,
+    block,
+    followed,
+    graded,
+    linear_elastic,
+    side_pressure,
+    still,
+    unknowns,
+)
+
+from fem2d.body import Body
+from fem2d.friction import FrictionLaw, NormalLaw
+from fem2d.inertia import Inertia
+from fem2d.kinematics import Plane
+from fem2d.newton import NewtonSettings
+from fem2d.surface import Surface
+from fem2d.tissue_contact import TissueContact
+
+
+def joined(lower: Body, upper: Body, materials, element) -> Body:
+    """One body of two separate pieces; sides are named lower_top, upper_bottom and so on."""
+    first, second = lower.mesh, upper.mesh
+    count = first.p.shape[1]
+    mesh = type(first)(np.hstack([first.p, second.p]), np.hstack([first.t, second.t + count]))
+    facet = {tuple(sorted(f)): i for i, f in enumerate(mesh.facets.T.tolist())}
+    named = {}
+    for piece, offset, prefix in ((first, 0, "lower"), (second, count, "upper")):
+        for side, facets in piece.boundaries.items():
+            pairs = np.sort(piece.facets[:, facets].T + offset, axis=1)
+            named[f"{prefix}_{side}"] = np.array([facet[tuple(p)] for p in pairs.tolist()])
+    cells = first.t.shape[1]
+    mesh = mesh.with_boundaries(named).with_subdomains(
+        {"lower": np.arange(cells), "upper": np.arange(cells, mesh.t.shape[1])}
+    )
+    return Body.of(mesh, materials, plane=Plane.STRAIN, element=element)
+
+
+def between(body, normal, friction, points=2, reach=0.2):
+    """Contact of the lower piece's top with the upper piece's bottom."""
+    sides = tuple(
+        Surface(body.edges(name), body.nodes, points_per_edge=points)
+        for name in ("lower_top", "upper_bottom")
+    )
+    return TissueContact("pieces", sides, normal, friction, reach_mm=reach)
+
+
+@pytest.mark.parametrize("element", ["Q4", "T6", "Q8"])
+def test_patch_of_two_blocks_with_meshes_that_do_not_match(element):
+    # Taylor and Papadopoulos 1991: a uniform pressure crosses the interface unchanged.
+    material = linear_elastic(1000.0, 0.4)
+    lower = block(
+        np.linspace(0, 1, 6), np.linspace(0, 0.5, 4), material, distortion=0.3, element=element
+    )
+    upper = block(
+        np.linspace(0, 1, 9), np.linspace(0.5, 1, 5), material, distortion=0.3, element=element
+    )
+    body = joined(lower, upper, {"lower": material, "upper": material}, element)
+    pair = between(body, NormalLaw(1e4, 1e-7), FrictionLaw(0.0), points=3)
+    force = side_pressure(body, "upper_top", (0.0, -10.0))
+    held = [unknowns(body, "lower_bottom", 1)]
+    held += [unknowns(body, f"{piece}_left", 0) for piece in ("lower", "upper")]
+    system = LoadedSystem(
+        body, (), (), Inertia(0.0), load=lambda t: min(1.0, t) * force,
+        held=np.unique(np.concatenate(held)), hold=1e9, folds=(pair,),
+    )  # fmt: skip
+    # The upper block would float until it touches: it starts 1e-4 mm inside the lower one.
+    down = np.zeros_like(body.nodes)
+    down[np.unique(body.tables.connectivity[body.elements_of("upper")]), 1] = -1e-4
+    start = system.state_at_rest(0.0, still().at(0.0), next_step_s=0.5)
+    start = replace(
+        start, displacement=down, fold_histories=(pair.initial_history(down, start.placement),)
+    )
+    newton = NewtonSettings(tolerance=1e-11, force_floor_n=1.0, iterations=40)
+    last = followed(system, still(2.0), increments=4, newton=newton, start=start)[-1]
+    touch = last.folds[0]
+    assert len(touch.touching) == len(touch.points.pressure)
+    np.testing.assert_allclose(touch.points.pressure, 10.0, rtol=1e-6)
+    stress = body.fields(last.state.displacement).cauchy[..., 1, 1]
+    np.testing.assert_allclose(stress, stress.mean(), rtol=1e-6)
+
+
+@pytest.mark.slow
+def test_hertz_of_two_elastic_bodies():
+    # A parabola of curvature 1/R on a plane, both elastic: 1/E* = 2 (1 − ν²)/E.
+    young, poisson, radius = 1.0, 0.3, 100.0
+    material = linear_elastic(young, poisson)
+    lower = block(graded(60, 0.04, 1.3, 1.35), -graded(60, 0.04, 0.4, 1.35)[::-1], material)
+    upper = block(graded(60, 0.05, 1.3, 1.35), graded(60, 0.05, 0.4, 1.35), material)
+    curved = upper.mesh.p.copy()
+    curved[1] += curved[0] ** 2 / (2 * radius)
+    upper = Body.of(replace(upper.mesh, doflocs=curved), material, plane=Plane.STRAIN, element="Q4")
+    body = joined(lower, upper, {"lower": material, "upper": material}, "Q4")
+    # The parabola is a polygon whose sides sag by 3e-6 mm: a penetration smaller than that would
+    # only show the corners.
+    pair = between(body, NormalLaw(100.0, 1e-9), FrictionLaw(0.0))
+    top = unknowns(body, "upper_top", 1)
+    fixed = [unknowns(body, "lower_bottom", c) for c in (0, 1)]
+    fixed += [unknowns(body, f"{piece}_left", 0) for piece in ("lower", "upper")]
+    fixed = np.setdiff1d(np.unique(np.concatenate(fixed)), top)
+    held = np.concatenate([fixed, top])
+    system = LoadedSystem(
+        body, (), (), Inertia(0.0), held=held, folds=(pair,), hold=1e6,
+        path=lambda t: np.concatenate([np.zeros(len(fixed)), np.full(len(top), -0.03 * t)]),
+    )  # fmt: skip
+    # The system starts with a gap in one point only: the first increment finds the contact.
+    last = followed(system, still(), increments=3)[-1]
+    force = -2 * np.sum(system.reaction(last.state.displacement, 1.0)[len(fixed) :])
+    half_width = np.sqrt(4 * force * radius * 2 * (1 - poisson**2) / (np.pi * young))
+    peak = 2 * force / (np.pi * half_width)
+    touch = last.folds[0]
+    points = touch.points
+    position, _ = pair._carried(last.state.displacement, touch.before.edge, touch.before.local)
+    x, touching = position[:, 0], points.pressure > 0
+    slope, square = np.polyfit(x[touching] ** 2, points.pressure[touching] ** 2, 1)
+    assert np.sqrt(square) == pytest.approx(peak, rel=0.005)
+    assert np.sqrt(-square / slope) == pytest.approx(half_width, rel=0.005)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3, 1.0])
+def test_block_dragged_over_a_block(friction):
+    material = linear_elastic(1.0, 0.3)
+    lower = block(np.linspace(-3, 3, 25), np.linspace(-1, 0, 5), material)
+    upper = block(np.linspace(-1, 1, 12), np.linspace(0, 0.4, 4), material)
+    body = joined(lower, upper, {"lower": material, "upper": material}, "Q4")
+    pair = between(body, NormalLaw(50.0, 1e-5), FrictionLaw(friction, 20.0))
+    down, along = unknowns(body, "upper_top", 1), unknowns(body, "upper_top", 0)
+    fixed = np.concatenate([unknowns(body, "lower_bottom", c) for c in (0, 1)])
+    system = LoadedSystem(
+        body, (), (), Inertia(0.0), held=np.concatenate([fixed, down, along]), folds=(pair,),
+        hold=1e5,
+        path=lambda t: np.concatenate([
+            np.zeros(len(fixed)), np.full(len(down), -0.004 * min(t, 1.0)),
+            np.full(len(along), 0.08 * max(0.0, t - 1.0)),
+        ]),
+    )  # fmt: skip
+    commits = followed(system, still(3.0), increments=48)
+    reaction = system.reaction(commits[-1].state.displacement, 3.0)[len(fixed) :]
+    normal, drag = -reaction[: len(down)].sum(), reaction[len(down) :].sum()
+    assert normal > 0.005
+    # Where the upper block's corners dig in the two surfaces are not parallel to the drag.
+    assert drag / normal == pytest.approx(friction, abs=0.02)
+    for commit in commits:
+        points = commit.folds[0].points
+        assert np.all(np.abs(points.shear) <= friction * points.pressure * (1 + 1e-9))
+        force = np.zeros(system.body.nodes.size)
+        np.add.at(force, commit.folds[0].dofs, commit.folds[0].force)
+        np.testing.assert_allclose(force.reshape(-1, 2).sum(axis=0), 0, atol=1e-15)
+
+
+def grooved_block():
+    """A block with a slot from above, 0.3 mm wide, and the surface that runs through it."""
+    x = np.concatenate([np.linspace(0, 1.85, 11), np.linspace(2.15, 4, 11)])
+    mesh = skfem.MeshQuad.init_tensor(x, np.linspace(0, 2, 13))
+    middle = mesh.p[:, mesh.t].mean(axis=1)
+    slot = np.flatnonzero((np.abs(middle[0] - 2) < 0.15) & (middle[1] > 0.7))
+    mesh = mesh.remove_elements(slot)
+    outside = {
+        "left": lambda p: np.isclose(p[0], 0),
+        "right": lambda p: np.isclose(p[0], 4),
+        "bottom": lambda p: np.isclose(p[1], 0),
+    }
+    mesh = mesh.with_boundaries(outside)
+    rest = np.setdiff1d(mesh.boundary_facets(), np.concatenate(list(mesh.boundaries.values())))
+    mesh = mesh.with_boundaries({**mesh.boundaries, "surface": rest})
+    return Body.of(mesh, linear_elastic(1.0, 0.3), plane=Plane.STRAIN, element="Q8")
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_a_groove_closes_and_does_not_pass_through_itself(friction):
+    body = grooved_block()
+    surface = Surface(body.edges("surface"), body.nodes, points_per_edge=3)
+    law = NormalLaw(50.0, 1e-4)
+    fold = TissueContact(
+        "groove", (surface,), law, FrictionLaw(friction, 5.0), reach_mm=0.25, itself=True
+    )
+    sides = [unknowns(body, "left", 0), unknowns(body, "right", 0)]
+    rest = np.unique(np.concatenate([unknowns(body, s, 1) for s in ("left", "right", "bottom")]))
+    reach = [np.full(len(sides[0]), 0.45), np.full(len(sides[1]), -0.45)]
+    system = LoadedSystem(
+        body, (), (), Inertia(0.0), held=np.concatenate([*sides, rest]), folds=(fold,), hold=1e4,
+        path=lambda t: t * np.concatenate([*reach, np.zeros(len(rest))]),
+    )  # fmt: skip
+    last = followed(system, still(), increments=20)[-1]
+    points = last.folds[0].points
+    touching = points.pressure > 0
+    assert touching.sum() > 20
+    assert -points.gap.min() < 0.01
+    assert -points.gap.min() == pytest.approx(points.pressure.max() / 50.0 + 5e-5, rel=1e-6)
+    deformed = body.nodes + last.state.displacement
+    # Without contact the banks would overlap by 0.4 mm; what overlaps is the penetration.
+    bank = np.unique(body.edges("surface"))
+    bank = bank[(np.abs(body.nodes[bank, 0] - 2) < 0.16) & (body.nodes[bank, 1] > 0.8)]
+    left = body.nodes[bank, 0] < 2
+    overlap = deformed[bank[left], 0].max() - deformed[bank[~left], 0].min()
+    assert 0 < overlap < 0.01
+    force = np.zeros(body.nodes.size)
+    np.add.at(force, last.folds[0].dofs, last.folds[0].force)
+    np.testing.assert_allclose(force.reshape(-1, 2).sum(axis=0), 0, atol=1e-14)
+
+
+@pytest.mark.slow
+def test_shallow_ironing_with_an_elastic_die():
+    # The five codes' problem itself: slab E 689.6, die E 6896 MPa, ν 0.32, μ 0.3; forces in N at
+    # the end of pressing and in the middle of dragging (see test_contact_published.py).
+    slab_law, die_law = linear_elastic(689.6, 0.32), linear_elastic(6896.0, 0.32)
+    slab = block(np.linspace(0, 12, 61), np.linspace(0, 4, 17), slab_law)
+    die = block(np.linspace(0.2, 1.4, 13), np.linspace(0, 1.2, 7), die_law)
+    shaped = die.mesh.p.copy()
+    bottom = 0.75 - np.sqrt(0.75**2 - (shaped[0] - 0.8) ** 2)
+    shaped[1] = 4.2 + bottom + shaped[1] / 1.2 * (1.2 - bottom)
+    die = Body.of(replace(die.mesh, doflocs=shaped), die_law, plane=Plane.STRAIN, element="Q4")
+    body = joined(slab, die, {"lower": slab_law, "upper": die_law}, "Q4")
+    around = np.concatenate([body.edges(f"upper_{side}") for side in ("left", "bottom", "right")])
+    sides = (
+        Surface(body.edges("lower_top"), body.nodes, points_per_edge=2),
+        Surface(around, body.nodes, points_per_edge=2),
+    )
+    pair = TissueContact("die", sides, NormalLaw(2e4, 1e-4), FrictionLaw(0.3, 2e3), reach_mm=0.3)
+    fixed = np.concatenate([unknowns(body, "lower_bottom", c) for c in (0, 1)])
+    along, down = unknowns(body, "upper_top", 0), unknowns(body, "upper_top", 1)
+    system = LoadedSystem(
+        body, (), (), Inertia(0.0), held=np.concatenate([fixed, along, down]), folds=(pair,),
+        hold=1e8,
+        path=lambda t: np.concatenate([
+            np.zeros(len(fixed)), np.full(len(along), 10 * max(0.0, t - 1)),
+            np.full(len(down), -min(t, 1.0)),
+        ]),
+    )  # fmt: skip
+    newton = NewtonSettings(tolerance=1e-6, force_floor_n=1.0)
+    commits = followed(system, still(2.0), increments=20, end_s=1.0, step_s=0.05, newton=newton)
+    state = replace(commits[-1].state, next_step_s=0.0125)
+    commits += followed(
+        system, still(2.0), increments=40, end_s=1.5, step_s=0.0125, start=state, newton=newton
+    )
+    found = {}
+    for time in (0.5, 1.0, 1.25, 1.5):
+        commit = min(commits, key=lambda c: abs(c.state.time_s - time))
+        reaction = system.reaction(commit.state.displacement, commit.state.time_s)[len(fixed) :]
+        found[time] = (-reaction[len(along) :].sum(), reaction[: len(along)].sum())
+    for time, (low, high) in {
+        0.5: (81, 96),
+        1.0: (268, 332),
+        1.25: (335, 420),
+        1.5: (337, 421),
+    }.items():
+        assert low <= found[time][0] <= high
+    assert 0.24 <= found[1.5][1] / found[1.5][0] <= 0.53
