@@ -4,16 +4,16 @@
 name   shape functions      integration points  use
 ====== ==================== =================== ==============================================
 T3     linear triangle      1                   comparison only: locks
-T6     quadratic triangle   3                   the default of every model
-T6F    quadratic triangle   6                   comparison: full integration
-T6M    quadratic triangle   3, mean dilatation  closer to incompressible than ν = 0.49
+T6     quadratic triangle   6                   the default of every model
+T6R    quadratic triangle   3                   comparison: collapses under strong compression
+T6M    quadratic triangle   6, mean dilatation  comparison: too soft in bending
 Q4     bilinear square      2 × 2               comparison with other programs; locks
 Q4R    bilinear square      1                   comparison only: hourglasses
-Q4M    bilinear square      2 × 2, mean dil.    structured meshes near incompressibility
+Q4M    bilinear square      2 × 2, mean dil.    structured meshes, several cells thick
 Q4RM   bilinear square      1, mean dil.        the same as Q4R: comparison only
 Q8     serendipity square   3 × 3               structured meshes, bending
 Q8R    serendipity square   2 × 2               the thesis' CAX8R
-Q8M    serendipity square   3 × 3, mean dil.    structured meshes near incompressibility
+Q8M    serendipity square   3 × 3, mean dil.    comparison: too soft in bending
 Q8RM   serendipity square   2 × 2, mean dil.    comparison (the thesis' CAX8RH)
 ====== ==================== =================== ==============================================
 
@@ -81,9 +81,9 @@ ELEMENTS: dict[str, Element] = {
     e.name: e
     for e in (
         Element("T3", skfem.ElementTriP1(), 1),
-        Element("T6", skfem.ElementTriP2(), 2),
-        Element("T6F", skfem.ElementTriP2(), 4),
-        Element("T6M", skfem.ElementTriP2(), 2, mean_dilatation=True),
+        Element("T6", skfem.ElementTriP2(), 4),
+        Element("T6R", skfem.ElementTriP2(), 2),
+        Element("T6M", skfem.ElementTriP2(), 4, mean_dilatation=True),
         Element("Q4", skfem.ElementQuad1(), 3),
         Element("Q4R", skfem.ElementQuad1(), 1),
         Element("Q4M", skfem.ElementQuad1(), 3, mean_dilatation=True),

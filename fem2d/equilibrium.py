@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fem2d.body import Body, Response
-from fem2d.linear import DirectSolver, SingularMatrixError, fastest_solver
+from fem2d.linear import DirectSolver, SingularMatrixError, SuperLu, fastest_solver
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 ITERATION_LIMIT = 40
+SMALL = 10_000
 SMALLEST_STEP = 2.0**-12
 ROUNDING = 1e-9
 EPSILON = float(np.finfo(float).eps)
@@ -98,7 +99,8 @@ def equilibrium(
     dead = np.broadcast_to(np.asarray(load, float), (size,))
     u = np.zeros(size) if start is None else np.array(start, float).ravel()
     origin = u[held].copy()
-    solver = fastest_solver()
+    # Below this size any solver is fast, and one without a library to look for starts at once.
+    solver = SuperLu() if size < SMALL else fastest_solver()
     fraction, step = 0.0, 1.0 / steps
     iterations: list[int] = []
     response = body.response(u)

@@ -27,7 +27,7 @@ COOK_LOAD_MPA = 6.25
 COOK_MIDDLE_MM = 7.05
 BEAM_LENGTH_MM = 10.0
 BEAM_LOAD_MPA = 4e-6
-KINDS = ("Q4", "Q4R", "Q8", "Q8R", "Q4M", "Q4RM", "Q8M", "Q8RM", "T3", "T6", "T6M")
+KINDS = ("Q4", "Q4R", "Q8", "Q8R", "Q4M", "Q4RM", "Q8M", "Q8RM", "T3", "T6", "T6R", "T6M")
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ C, S = math.cos(0.7), math.sin(0.7)
 FIBROUS = HolzapfelGasserOgden.from_poisson(
     0.1, 2.4, 0.13, 0.14, 0.49, ((C, S, 0.0), (C, -0.5, 0.4), (C, -0.5, -0.4))
 )
-ELEMENTS = ("T3", "T6", "T6F", "T6M", "Q4", "Q4R", "Q4M", "Q8", "Q8R", "Q8M", "Q8RM")
+ELEMENTS = ("T3", "T6", "T6R", "T6M", "Q4", "Q4R", "Q4M", "Q8", "Q8R", "Q8M", "Q8RM")
 CASES = [
     (plane, element)
     for plane in Plane

@@ -38,7 +38,7 @@ ROUND = material_named("L2-GOH/dermis")
 
 @pytest.mark.parametrize("law", [DERMIS, FIBRES], ids=["ogden", "fibres"])
 @pytest.mark.parametrize("plane", list(Plane), ids=lambda plane: plane.name.lower())
-@pytest.mark.parametrize("element", ["T3", "T6", "T6F", "T6M", "Q4", "Q4M", "Q8", "Q8R", "Q8M"])
+@pytest.mark.parametrize("element", ["T3", "T6", "T6R", "T6M", "Q4", "Q4M", "Q8", "Q8R", "Q8M"])
 def test_patch(element: str, plane: Plane, law: Material) -> None:
     """A linear field on the boundary gives that field inside, on a distorted mesh."""
     if plane is Plane.STRESS and element.endswith("M"):
@@ -203,7 +203,7 @@ def test_thick_cylinder(element: str, to: float) -> None:
     assert found[1] == pytest.approx(expected[1], rel=2e-3)
 
 
-@pytest.mark.parametrize("element", ["T6", "T6M", "Q4M", "Q8R"])
+@pytest.mark.parametrize("element", ["T6", "Q4M", "Q8R"])
 @pytest.mark.parametrize("stretch", [1.1, 1.5])
 def test_sphere(element: str, stretch: float) -> None:
     law = NeoHookean.from_poisson(0.5, 0.4999)
