@@ -19,6 +19,7 @@ from typing import Any, NoReturn, cast
 
 from mocap.convert import ConvertOptions
 from scenarios.element import ElementOptions
+from scenarios.output import directory_at_once
 from scenarios.progress import Progress, progress_line
 from scenarios.settings import Table, about, split_override, table_from
 from scenarios.solution import ELEMENT_FIELDS
@@ -83,11 +84,23 @@ def _scenarios(options: argparse.Namespace) -> int:
         for name in library_names():
             print(f"{name:<8}  {read_scenario(name).description}")
         return 0
+    if options.redraw is not None:
+        return _redraw(options.name, options.redraw)
     scenario = read_scenario(options.name, options.set)
     print(f"{scenario.name}: {scenario.description}")
     for name, lines in resolved_tables(scenario):
         print(f"\n[{name}]")
         print("\n".join(lines))
+    return 0
+
+
+def _redraw(name: str, out: Path) -> int:
+    from scenarios.rendering import redraw
+
+    with progress_line("redraw") as progress, directory_at_once(out) as partial:
+        progress(0.0, f"drawing the recording of {name}")
+        redraw(name, partial)
+    print(f"{out}: recording.mp4, markers.toml and the truth behind them")
     return 0
 
 
@@ -264,6 +277,9 @@ def _parser() -> argparse.ArgumentParser:
         "drinksim scenarios A38-F",
     )
     scenarios.add_argument("name", metavar="NAME", nargs="?", help="a built-in name or a file")
+    scenarios.add_argument(
+        "--redraw", metavar="DIR", type=Path, help="render a built-in recording anew, bit for bit"
+    )
     _add_set(scenarios)
 
     replay = command(

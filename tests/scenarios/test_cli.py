@@ -185,6 +185,20 @@ def test_scenarios_are_listed_and_shown(capsys: pytest.CaptureFixture[str]) -> N
     assert "mm: outer diameter of the thread" in shown
 
 
+def test_a_recording_is_redrawn_whole_or_not_at_all(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    out = tmp_path / "redrawn"
+    line = complaint(capsys, "scenarios", "A38G", "--redraw", out)
+    assert "A38-F" in line
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.setattr(
+        "scenarios.rendering.redraw", lambda name, folder: (folder / name).write_text("drawn")
+    )
+    assert main(["scenarios", "A38-F", "--redraw", str(out)]) == 0
+    assert [path.name for path in out.iterdir()] == ["A38-F"]
+
+
 def test_output_may_be_cut_off() -> None:
     command = f"{sys.executable} -c 'from scenarios.cli import main; raise SystemExit(main())'"
     piped = subprocess.run(
