@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from mocap.boundary import write_boundary_conditions
-from mocap.exchange import write_motion_trc
 from mocap.follow import follow
 from mocap.markers import MarkerFile, read_markers
 from mocap.motion import Capture, capture
@@ -29,6 +28,7 @@ from mocap.scale import (
 )
 from mocap.summary import summary, write_summary
 from mocap.tracks import Tracks, read_tracks
+from mocap.trc import write_motion_trc
 from mocap.video import Video
 
 # Called with what is being done, how much of it is done and how much there is (0: not known).

@@ -137,8 +137,8 @@ class Video:
             except av.error.FFmpegError as error:
                 raise VideoError(
                     f"{self.path}: its {stream.codec_context.name} picture cannot be decoded "
-                    f"({error.strerror}): the file is damaged or cut short; copy it again, or write it "
-                    "anew as H.264, for instance with 'ffmpeg -i IN -c:v libx264 OUT.mp4'"
+                    f"({error.strerror}): the file is damaged or cut short; copy it again, or "
+                    "write it anew as H.264, for instance with 'ffmpeg -i IN -c:v libx264 OUT.mp4'"
                 ) from None
             if picture is None:
                 raise VideoError(
