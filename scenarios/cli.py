@@ -123,7 +123,8 @@ def _element(options: argparse.Namespace) -> int:
         return _complain("no MATERIAL given: name one, or redo the thesis' figures with --thesis")
     else:
         result = element_study(options.material, options.out, _settings(ElementOptions, options))
-    print("\n".join([f"{result.folder}: element.csv, element.png", *result.sentences]))
+    pictures = ", ".join(sorted(path.name for path in result.folder.glob("*.png")))
+    print("\n".join([f"{result.folder}: {pictures}, and the curves as CSV", *result.sentences]))
     return 0
 
 

@@ -11,9 +11,7 @@ import csv
 import dataclasses
 import json
 import math
-import shutil
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -26,7 +24,7 @@ from fem2d.materials.library import material_card, material_named
 from fem2d.materials.material import Material, poisson_ratio
 from fem2d.materials.ogden import Ogden
 from scenarios.element_types import element_type_rows
-from scenarios.output import check_replaceable, partial_directory, put_in_place
+from scenarios.output import directory_at_once
 from scenarios.settings import setting
 
 COLUMNS = ("stretch", "log_strain", "nominal_stress_mpa", "cauchy_stress_mpa")
@@ -112,7 +110,7 @@ def element_study(material: str, out: Path, options: ElementOptions | None = Non
     card = material_card(material)
     curve = cube_curve(card.material, chosen)
     sentences = tuple(curve.warnings())
-    with _complete(out) as folder:
+    with directory_at_once(out) as folder:
         _write_csv(folder / "element.csv", curve)
         _plot(folder / "element.png", {card.name: curve}, f"{card.name}, {chosen.mode}")
         _write_summary(
@@ -158,7 +156,7 @@ def thesis_figures(out: Path) -> ElementResult:
     """
     options = ElementOptions(direction="z")
     sentences: list[str] = []
-    with _complete(out) as folder:
+    with directory_at_once(out) as folder:
         for figure, (title, materials) in figure_materials().items():
             curves = {name: cube_curve(law, options) for name, law in materials.items()}
             for name, curve in curves.items():
@@ -224,20 +222,6 @@ def figure_materials() -> dict[str, tuple[str, dict[str, Material]]]:
             },
         ),
     }
-
-
-@contextmanager
-def _complete(out: Path) -> Iterator[Path]:
-    """Yield a folder to fill that becomes ``out`` when the block succeeds."""
-    check_replaceable(out)
-    folder = partial_directory(out)
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    try:
-        yield folder
-        put_in_place(folder, out)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _poisson(material: Material) -> float:

@@ -27,7 +27,7 @@ from scenarios.progress import progress_line
 from scenarios.solution import Increment, Model, Solution
 from scenarios.spec import Scenario
 
-COMMANDS = ("demo", "convert", "scenarios", "replay", "animate")
+COMMANDS = ("demo", "convert", "scenarios", "replay", "element", "animate")
 
 
 @pytest.fixture(scope="module")
@@ -183,6 +183,17 @@ def test_scenarios_are_listed_and_shown(capsys: pytest.CaptureFixture[str]) -> N
     assert "friction = 0.25" in shown
     assert "thesis, section 4.2" in shown
     assert "mm: outer diameter of the thread" in shown
+
+
+def test_a_cube_is_pulled(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = tmp_path / "cube"
+    command = ("element", "L2-Ogden/dermis", "--out", out)
+    assert main([str(word) for word in (*command, "--points", "7", "--from-mm", "0")]) == 0
+    assert "element.png" in capsys.readouterr().out
+    assert len((out / "element.csv").read_text().splitlines()) == 8
+    assert "from_mm = -2 mm is too small" in complaint(capsys, *command, "--from-mm", "-2")
+    assert "points = 'x': give a whole number" in complaint(capsys, *command, "--points", "x")
+    assert "name one" in complaint(capsys, "element", "--out", out)
 
 
 def test_a_recording_is_redrawn_whole_or_not_at_all(
