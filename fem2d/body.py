@@ -241,7 +241,7 @@ class Body:
         deviator = cauchy - np.trace(cauchy, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
         return Fields(
             F,
-            np.sort(np.log(np.linalg.svd(F, compute_uv=False)), axis=-1),
+            _log_stretches(F),
             cauchy,
             np.sqrt(1.5 * np.sum(deviator**2, axis=(-2, -1))),
             entries[..., 4],
@@ -378,6 +378,19 @@ class Body:
         node = np.zeros(self.mesh.p.shape[1], np.int64)
         node[self.mesh.t.T] = self.tables.connectivity[:, :corners]
         return node
+
+
+def _log_stretches(F: Array) -> Array:
+    """Return the logarithms (..., 3), ascending, of the stretches of a section's F (..., 3, 3).
+
+    In the plane, the sum and the difference of the two stretches are the lengths of the parts of F
+    that commute and anticommute with a quarter turn.
+    """
+    a, b, c, d = F[..., 0, 0], F[..., 0, 1], F[..., 1, 0], F[..., 1, 1]
+    total, apart = np.hypot(a + d, b - c), np.hypot(a - d, b + c)
+    larger = 0.5 * (total + apart)
+    smaller = np.abs(a * d - b * c) / larger
+    return np.sort(np.log(np.stack([larger, smaller, F[..., 2, 2]], axis=-1)), axis=-1)
 
 
 def _assigned(

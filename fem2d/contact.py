@@ -10,6 +10,7 @@ if the caller keeps it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,9 @@ from geometry2d.rigid import RigidPlacement, rotated
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+REACH_MM = 1.0
+"""Points farther than this from the outline's box cannot touch it; they are not projected."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +54,9 @@ class ContactPoints:
     """
 
     gap: Array
+    """Signed distance, mm; farther than `REACH_MM` from the outline's box, a lower bound of it."""
     normal: Array
-    """(m, q, 2) outward normal of the rigid body, in the tissue's frame."""
+    """(m, q, 2) outward normal of the rigid body, in the tissue's frame; zero out of reach."""
     pressure: Array
     shear: Array
     slipping: NDArray[np.bool_]
@@ -116,6 +121,10 @@ class RigidContact:
     friction: FrictionLaw
     moving: bool = True
 
+    @cached_property
+    def _box(self) -> Array:
+        return np.array(self.outline.box)
+
     def initial_history(self, displacement: Array, placement: RigidPlacement) -> ContactHistory:
         """Return the history of a surface on which no friction acts yet."""
         position = placement.pull_back(self.surface.positions(displacement))
@@ -138,6 +147,7 @@ class RigidContact:
             self.outline.curvature,
             self.outline.centre,
             self.outline.breaks,
+            self._box,
             self.normal.stiffness_mpa_per_mm,
             self.normal.ramp_mm,
             self.friction.coefficient,
@@ -206,6 +216,7 @@ def _evaluate(
     curvature: Array,
     centre: Array,
     breaks: Array,
+    box: Array,
     normal_stiffness: float,
     ramp: float,
     coefficient: float,
@@ -215,17 +226,24 @@ def _evaluate(
     count = position.shape[0]
     energy = np.zeros(count)
     gap = np.empty(count)
-    normal = np.empty((count, 2))
+    normal = np.zeros((count, 2))
     pressure = np.zeros(count)
     shear = np.zeros(count)
     slipping = np.zeros(count, np.bool_)
-    arc = np.empty(count)
+    arc = np.zeros(count)
     body = np.empty((count, 2))
     traction = np.zeros((count, 2))
     slope = np.zeros((count, 2, 2))
     safe = np.zeros((count, 2, 2))
     cosine, sine = np.cos(angle), np.sin(angle)
     for i in range(count):
+        dx, dy = position[i, 0] - shift_x, position[i, 1] - shift_y
+        body[i, 0], body[i, 1] = cosine * dx + sine * dy, -sine * dx + cosine * dy
+        beside = max(box[0] - body[i, 0], body[i, 0] - box[2], 0.0)
+        above = max(box[1] - body[i, 1], body[i, 1] - box[3], 0.0)
+        gap[i] = np.hypot(beside, above)
+        if gap[i] > REACH_MM:
+            continue
         g, nx, ny, h, arc[i], body[i, 0], body[i, 1], slip, travel = point_gap(
             position[i, 0],
             position[i, 1],

@@ -32,10 +32,10 @@ class NormalLaw:
     """
 
     stiffness_mpa_per_mm: float = field(
-        default=50.0, metadata={"unit": "MPa/mm", "help": "normal penalty stiffness"}
+        default=25.0, metadata={"unit": "MPa/mm", "help": "normal penalty stiffness"}
     )
     ramp_mm: float = field(
-        default=0.001,
+        default=0.002,
         metadata={"unit": "mm", "help": "penetration over which the penalty sets in"},
     )
 
@@ -65,7 +65,7 @@ class FrictionLaw:
 
     coefficient: float = field(default=1.0, metadata={"unit": "-", "help": "friction coefficient"})
     stiffness_mpa_per_mm: float = field(
-        default=5.0, metadata={"unit": "MPa/mm", "help": "tangential stiffness while sticking"}
+        default=2.5, metadata={"unit": "MPa/mm", "help": "tangential stiffness while sticking"}
     )
 
     def __post_init__(self) -> None:

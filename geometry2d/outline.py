@@ -172,6 +172,16 @@ class Outline:
         return cls(start, np.full(4, 1.0 / radius))
 
     @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Left, lower, right and upper bound of the outline, mm; not always the tightest ones."""
+        chord = np.roll(self.start, -1, axis=0) - self.start
+        bulge = np.where(self.curvature != 0, 0.5 * np.hypot(chord[:, 0], chord[:, 1]), 0.0)
+        middle = self.start + 0.5 * chord
+        low = np.minimum(self.start.min(axis=0), (middle - bulge[:, None]).min(axis=0))
+        high = np.maximum(self.start.max(axis=0), (middle + bulge[:, None]).max(axis=0))
+        return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+    @property
     def length(self) -> float:
         """Whole arc length, mm."""
         return float(self.breaks[-1])
