@@ -335,6 +335,21 @@ def test_the_demo_says_what_to_look_at(
     assert {"A38-F.mp4", "A38-F.png"} <= {path.name for path in named}
 
 
+@pytest.mark.slow
+def test_a_replay_converts_its_recording_if_it_must(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(run, "replay", MadeUpReplay(until=6, interrupted=True))
+    out = tmp_path / "run"
+    assert main(["replay", "A38-F", "--out", str(out)]) == 130
+    converted = tmp_path / "run.partial" / "motion" / "motion.csv"
+    written = converted.stat().st_mtime_ns
+    monkeypatch.setattr(run, "replay", MadeUpReplay())
+    assert main(["replay", "A38-F", "--out", str(out), "--resume"]) == 0
+    assert (out / "motion" / "motion.csv").stat().st_mtime_ns == written
+    assert main(["animate", str(out), "--out", str(tmp_path / "a.png"), "--beside-video"]) == 0
+
+
 def test_plane_and_resolution_are_short_for_settings(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, motion: Path
 ) -> None:
