@@ -252,4 +252,4 @@ def test_shallow_ironing_with_an_elastic_die():
         1.5: (337, 421),
     }.items():
         assert low <= found[time][0] <= high
-    assert 0.24 <= found[1.5][1] / found[1.5][0] <= 0.53
+    assert 0.3 <= found[1.5][1] / found[1.5][0] <= 0.53
