@@ -96,6 +96,8 @@ def read_pose(motion_file: Path, columns: tuple[str, str, str]) -> RigidMotion:
             rows = np.genfromtxt(stream, delimiter=",", ndmin=2)
     except FileNotFoundError:
         raise FilmedError(f"no motion file {motion_file}") from None
+    except ValueError as error:
+        raise FilmedError(f"{motion_file} is not a table of numbers: {error}") from None
     wanted = ("time_s", *columns)
     missing = [name for name in wanted if name not in names]
     if missing:

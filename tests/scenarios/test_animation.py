@@ -14,7 +14,7 @@ from PIL import Image
 
 from geometry2d.rigid import RigidPlacement
 from scenarios.animation import animate, film_frames, film_times, telling_times
-from scenarios.filmed import Crop, FilmedError, picture_scale, pictures_at, read_pose
+from scenarios.filmed import HEAD_COLUMNS, Crop, FilmedError, picture_scale, pictures_at, read_pose
 from scenarios.plots import imprint, plot_histories, plot_imprint
 from scenarios.scene import SHOWN, Scene, boundary_loops, colour_limits
 from scenarios.solution import Model, Solution, SolutionError
@@ -197,7 +197,10 @@ def test_a_motion_file_without_the_head_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "motion.csv"
     file.write_text("time_s,rel_x_mm\n0,1\n")
     with pytest.raises(FilmedError, match="column head_x_mm is missing"):
-        read_pose(file, ("head_x_mm", "head_y_mm", "head_theta_deg"))
+        read_pose(file, HEAD_COLUMNS)
+    file.write_text("time_s,head_x_mm\n0,1\n0,1,2\n")
+    with pytest.raises(FilmedError, match="is not a table of numbers"):
+        read_pose(file, HEAD_COLUMNS)
 
 
 def test_the_imprint_is_the_pressure_along_the_neck(run_directory: Path) -> None:
