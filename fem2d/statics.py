@@ -287,9 +287,7 @@ def settle(
             status = SettledStatus.INADMISSIBLE
             break
         displacement, residual = trial
-    return Settled(
-        status, displacement, load, residual.touching, residual.forces, iterations
-    )
+    return Settled(status, displacement, load, residual.touching, residual.forces, iterations)
 
 
 def _admissible(

@@ -53,7 +53,7 @@ class SuctionOptions:
         description="radius of the cup's opening", source=ASSUMED,
     )  # fmt: skip
     rim_fillet_mm: float = setting(
-        default=1.0, unit="mm", minimum=0.01, maximum=20.0,
+        default=1.2, unit="mm", minimum=0.01, maximum=20.0,
         description="rounding of the cup's rim", source=ASSUMED,
     )  # fmt: skip
     cup_radius_mm: float = setting(
@@ -177,9 +177,7 @@ def slab_mesh(options: SuctionOptions, layers: Sequence[str]) -> skfem.Mesh:
     return _named(mesh, thickness, options)
 
 
-def _named(
-    mesh: skfem.Mesh, thickness: Mapping[str, float], options: SuctionOptions
-) -> skfem.Mesh:
+def _named(mesh: skfem.Mesh, thickness: Mapping[str, float], options: SuctionOptions) -> skfem.Mesh:
     depth = -mesh.p[:, mesh.t].mean(axis=1)[1]
     below = np.cumsum([0.0, *thickness.values()])
     tiny = 1e-6

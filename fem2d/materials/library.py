@@ -107,7 +107,9 @@ def configuration_cards(name_or_file: str) -> dict[str, MaterialCard]:
     """
     path = Path(name_or_file)
     if path.suffix != ".toml":
-        return {layer: material_card(f"{name_or_file}/{layer}") for layer in configuration(name_or_file)}
+        return {
+            layer: material_card(f"{name_or_file}/{layer}") for layer in configuration(name_or_file)
+        }
     if not path.is_file():
         raise MaterialError(f"configuration file {name_or_file} does not exist: check the path")
     layers = {name: table for name, table in _read(path).items() if isinstance(table, dict)}
