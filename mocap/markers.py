@@ -40,6 +40,7 @@ Pixels count from the centre of the upper left pixel, x to the right, y down.
 from __future__ import annotations
 
 import difflib
+import itertools
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -253,7 +254,17 @@ class _Reader:
             positions[name] = (
                 None if value in (None, "auto") else self._point(f"[markers] {name}", value)
             )
+        self._check_apart(positions)
         return positions
+
+    def _check_apart(self, positions: Mapping[str, tuple[float, float] | None]) -> None:
+        given = [(name, at) for name, at in positions.items() if at is not None]
+        for (one, a), (other, b) in itertools.combinations(given, 2):
+            if math.dist(a, b) < 2.0:
+                raise self._error(
+                    f"[markers] {one} and {other} coincide at [{a[0]:g}, {a[1]:g}]: correct the "
+                    "position of one of them"
+                )
 
     def _lens(self) -> Lens:
         table = self._table("lens")
