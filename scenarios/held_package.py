@@ -32,8 +32,8 @@ CARTONS: Mapping[str, tuple[Colour, Colour]] = {
 }
 
 
-def package_bodies(neck: NeckSection, carton: str, motion: RigidMotion) -> tuple[Body, Body]:
-    """Return package and holding hand; both move with the neck.
+def package_bodies(neck: NeckSection, carton: str, motion: RigidMotion) -> tuple[Body, ...]:
+    """Return the package, which moves with the neck, and the arm and the hand that hold it.
 
     Parameters
     ----------
@@ -53,7 +53,9 @@ def package_bodies(neck: NeckSection, carton: str, motion: RigidMotion) -> tuple
     radius = float(neck.upper_wall.sampled(0.2)[:, 1].max() - axis)
     shapes = [
         Shape(outline, PLASTIC, name="package"),
-        _within(band(rim, top, axis - 0.93 * radius, 6.0), PLASTIC_SHADE, 0.80, 3.0),
+        _within(
+            band(rim, top, axis - 0.95 * radius, 0.3 * radius), PLASTIC_SHADE, 0.80, 0.16 * radius
+        ),
         _within(band(rim, top, axis + 1.02 * radius, 3.0), PLASTIC_SHADE, 0.60, 2.0),
         _within(band(top - 12, top + 2, axis - half, 12.0), PLASTIC_SHADE, 0.60, 4.0),
         *(_within(stroke(line, 0.9), PLASTIC_SHADE, 0.75, 0.3) for line in _thread_lines(neck)),
@@ -74,8 +76,12 @@ def package_bodies(neck: NeckSection, carton: str, motion: RigidMotion) -> tuple
         Marker.dot("package_lower", pair(neck.lower_mark), radius_mm=MARK_RADIUS_MM),
         Marker.dot("package_upper", pair(neck.upper_mark), radius_mm=MARK_RADIUS_MM),
     )
-    hand = Body("hand", motion, tuple(_hand((top + GRIP_MM, axis))))
-    return Body("package", motion, tuple(shapes), markers), hand
+    grip = (float(top + GRIP_MM), float(axis))
+    return (
+        Body("package", motion, tuple(shapes), markers),
+        _arm((grip[0] + 38.0, grip[1] - 36.0), motion),
+        Body("hand", motion, tuple(_hand(grip))),
+    )
 
 
 def _within(corners: Array, colour: Colour, opacity: float, softness_mm: float) -> Shape:
@@ -95,6 +101,28 @@ def _crests(wall: Outline, stretches: Mapping[str, tuple[float, float]]) -> list
     return list(points)
 
 
+def _arm(wrist: tuple[float, float], motion: RigidMotion) -> Body:
+    """Return the forearm: it follows the wrist, but turns less than the package."""
+    outline = smooth(
+        [
+            (-25, 5),
+            (0, 14),
+            (25, 7),
+            (31, -50),
+            (36, -130),
+            (30, -230),
+            (-34, -230),
+            (-36, -120),
+            (-28, -40),
+        ]
+    )
+    turn = np.radians(8.0) + 0.4 * (motion.angle_rad + np.radians(40.0))
+    follows = RigidMotion.of_reference_point(
+        motion.time_s, turn, motion.apply([wrist])[:, 0], (0.0, 0.0)
+    )
+    return Body("arm", follows, tuple(_rounded("arm", outline, 11.0)))
+
+
 def _hand(wrist: tuple[float, float]) -> list[Shape]:
     """Return the back of a right hand, thumb towards the person.
 
@@ -105,16 +133,12 @@ def _hand(wrist: tuple[float, float]) -> list[Shape]:
     def at(*points: tuple[float, float]) -> list[Array]:
         return list(shifted(points, *wrist))
 
-    arm = smooth(
-        at((22, -34), (58, -14), (82, -26), (136, -150), (160, -230), (78, -230), (50, -130))
-    )
     back = smooth(
         at((4, 20), (1, -4), (10, -30), (40, -48), (68, -40), (77, -6), (71, 20), (38, 24))
     )
     thumb = smooth_line(at((30, -34), (14, -35), (0, -30), (-11, -27)))
     nail = ellipse(shifted((-12.5, -25.5), *wrist), (4.8, 3.2), -20)
     shapes = [
-        *_rounded("arm", arm, 9.0),
         *_rounded("thumb", stroke(thumb, 17), 4.0),
         Shape(nail, NAIL, 0.8, 0.4, depth, inside="thumb"),
         *_rounded("back", back, 8.0),

@@ -160,7 +160,7 @@ def _mouth(section: HeadSection) -> list[Shape]:
     spots = {name: np.asarray(point) for name, point in section.landmarks.items()}
     profile = np.asarray(section.profile)
     upper, lower = spots["stomion_upper"], spots["stomion_lower"]
-    corner = (upper + lower) / 2 + (-19, -2)
+    corner = (upper + lower) / 2 + np.array([-14.0, -2.0])
     top = spots["upper_lip"][1] + 4.5
     bottom = spots["lower_lip"][1] - 4.5
     near = profile[:, 0] > corner[0]
