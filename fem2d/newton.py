@@ -116,7 +116,9 @@ def solve(
     and the residual ``r``, the work ``s·r`` is negative at the start of a step that leads downhill
     and vanishes where it should end (Crisfield 1982). A step that overshoots, as when it runs into
     contact, is shortened until most of that work is used up. A step that leads uphill, which an
-    indefinite tangent can produce, is replaced by one from the safe tangent.
+    indefinite tangent can produce, is replaced by one from the safe tangent. Once the forces no
+    longer shrink, steps are halved, which ends the cycles into which points between stick and
+    slip, or open and closed, draw a full Newton method.
     """
     displacement = start
     balance = balance_at(displacement)
@@ -132,6 +134,8 @@ def solve(
             return NewtonResult(
                 NewtonStatus.SINGULAR, displacement, tuple(norms), balance.force_scale
             )
+        if len(norms) > 4 and norms[-1] > 0.5 * norms[-3]:
+            step, work = 0.5 * step, 0.5 * work
         found = _along(balance_at, displacement, step.reshape(start.shape), work, norms[-1])
         if found is None:
             return NewtonResult(
