@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mocap.boundary import write_boundary_conditions
+from mocap.chart import write_chart
 from mocap.follow import follow
 from mocap.markers import MarkerFile, read_markers
 from mocap.motion import Capture, capture
@@ -129,6 +130,7 @@ def convert(
     with _NewFolder(folder) as partial:
         measured.tracks.write(partial / "tracks.csv")
         measured.motion.write(partial / "motion.csv")
+        write_chart(measured.motion, partial / "motion.png", rendered=marker_file.rendered)
         tables = partial / "boundary_conditions"
         write_boundary_conditions(measured.motion, tables)
         write_motion_trc(measured.motion, marker_file, tables / "motion.trc")

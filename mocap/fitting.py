@@ -213,8 +213,11 @@ def centre_covariance(
     inflation = pixels / max(pixels - count, 1)
     covariance = np.zeros((2, 2))
     white = np.zeros((2, 2))
-    for lag_row in range(-LAGS, LAGS + 1):
+    for lag_row in range(LAGS + 1):
         for lag_column in range(-LAGS, LAGS + 1):
+            if lag_row == 0 and lag_column < 0:
+                continue  # lags l and −l contribute the same
+            both = 1.0 if lag_row == 0 and lag_column == 0 else 2.0
             product = 0.0
             weight = 0.0
             xx = 0.0
@@ -226,11 +229,12 @@ def centre_covariance(
                     product += odd[row, column] * odd[r2, c2]
                     weight += valid[row, column] * valid[r2, c2]
                     xx += influence[0, row, column] * influence[0, r2, c2]
-                    xy += influence[0, row, column] * influence[1, r2, c2]
+                    xy += 0.5 * influence[0, row, column] * influence[1, r2, c2]
+                    xy += 0.5 * influence[1, row, column] * influence[0, r2, c2]
                     yy += influence[1, row, column] * influence[1, r2, c2]
             if weight < 20:
                 continue
-            taper = (1 - abs(lag_row) / (LAGS + 1)) * (1 - abs(lag_column) / (LAGS + 1))
+            taper = both * (1 - abs(lag_row) / (LAGS + 1)) * (1 - abs(lag_column) / (LAGS + 1))
             noise = taper * inflation * product / weight
             covariance[0, 0] += noise * xx
             covariance[1, 1] += noise * yy

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mocap.markers import MarkerFile
+from mocap.phases import drinking_figures
 from mocap.scale import BodyScale, Picture
 from mocap.timing import Timing
 from mocap.tracks import Tracks
@@ -96,6 +97,7 @@ def summary(
             "sigma_y_mm_median": float(np.median(motion.sigma[:, 1])),
             "sigma_theta_deg_median": float(np.degrees(np.median(motion.sigma[:, 2]))),
         },
+        "drinking": drinking_figures(motion).as_json(),
         "warnings": warnings,
     }
 

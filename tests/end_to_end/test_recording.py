@@ -142,6 +142,7 @@ def test_results_are_replaced_whole_and_nothing_else_is(sip: ConvertResult, tmp_
     assert {path.name for path in sip.out.iterdir()} == {
         "tracks.csv",
         "motion.csv",
+        "motion.png",
         "boundary_conditions",
         "overlay.mp4",
         "summary.json",
