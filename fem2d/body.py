@@ -31,7 +31,7 @@ class BodyError(ValueError):
     """A body was described or questioned in a way that makes no sense."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Response:
     """What a body answers to a displacement.
 
@@ -51,7 +51,7 @@ class Response:
     stiffness: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fields:
     """What a deformed body looks like at its integration points.
 
@@ -83,7 +83,7 @@ class Fields:
     volume: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Body:
     """A section of hyperelastic material, meshed.
 

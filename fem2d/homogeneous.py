@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from fem2d.assembly import section_response, section_thickness
@@ -24,6 +24,7 @@ from fem2d.materials.material import Array, Material
 LONGEST_STEP = 0.02
 SEARCH_LIMIT = 3.0
 COLLAPSED = 0.5
+REFINEMENTS = 4
 ROUNDING = 4 * float(np.finfo(float).eps)
 
 
@@ -127,31 +128,46 @@ def homogeneous_response(
     if mode is Mode.COMPRESSION and wanted.max() > 1:
         raise HomogeneousError(f"compression up to stretch {wanted.max():g}: give stretches ≤ 1")
     cube = _turned(material, axis)
-    row = cube.packed()
-    states = _followed(row, mode, wanted[wanted >= 1]) | _followed(
-        row, mode, wanted[wanted < 1][::-1]
+    solved, missing = _solved(cube, mode, wanted)
+    log_strain: Array = np.log(solved.stretches[:, 0])
+    crossings = (
+        _crossing(cube, mode, log_strain[::-1], solved.stiffness[::-1], -1),
+        _crossing(cube, mode, log_strain, solved.stiffness, 1),
     )
-    found = np.array([s for s in wanted if states[float(s)] is not None])
-    missing = tuple(float(s) for s in wanted if states[float(s)] is None)
-    solved = [state for s in found if (state := states[float(s)]) is not None]
-    sides = np.array([state[0] for state in solved]).reshape(-1, 3)
-    nominal = np.array([state[1] for state in solved])
-    F = sides[:, :, None] * np.eye(3)
-    stiffness = np.asarray(np.linalg.eigvalsh(_log_stiffness(cube, F, sides))[:, 0], np.float64)
-    log_strain: Array = np.log(found)
+    stretch = solved.stretches[:, 0].copy()
+    cauchy = solved.nominal * stretch / np.prod(solved.stretches, axis=1)
     return Curve(
-        found,
+        stretch,
         log_strain,
-        nominal,
-        nominal * found / np.prod(sides, axis=1),
-        sides,
-        stiffness,
-        (
-            _first_crossing(log_strain[::-1], stiffness[::-1], log_strain[::-1] <= 0),
-            _first_crossing(log_strain, stiffness, log_strain >= 0),
-        ),
+        solved.nominal,
+        cauchy,
+        solved.stretches,
+        solved.stiffness,
+        crossings,
         missing,
     )
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """States in the order of their stretches: (n, 3) stretches, nominal stress, log stiffness."""
+
+    stretches: Array
+    nominal: Array
+    stiffness: Array
+
+
+def _solved(cube: Material, mode: Mode, wanted: Array) -> tuple[_Solved, tuple[float, ...]]:
+    """Return the states found at ascending stretches, and the stretches where none was."""
+    row = cube.packed()
+    above, below = wanted[wanted >= 1], wanted[wanted < 1][::-1]
+    states = _followed(row, mode, above) | _followed(row, mode, below)
+    found = [state for s in wanted if (state := states[float(s)]) is not None]
+    missing = tuple(float(s) for s in wanted if states[float(s)] is None)
+    sides = np.array([state[0] for state in found]).reshape(-1, 3)
+    F = sides[:, :, None] * np.eye(3)
+    stiffness = np.asarray(np.linalg.eigvalsh(_log_stiffness(cube, F, sides))[:, 0], np.float64)
+    return _Solved(sides, np.array([state[1] for state in found]), stiffness), missing
 
 
 State = tuple[tuple[float, float, float], float]
@@ -238,13 +254,21 @@ def _log_stiffness(material: Material, F: Array, sides: Array) -> Array:
     return stiffness
 
 
-def _first_crossing(strain: Array, stiffness: Array, branch: NDArray[np.bool_]) -> float:
-    """Return the strain at which the stiffness first stops being positive, by interpolation."""
-    e, s = strain[branch], stiffness[branch]
-    lost = np.flatnonzero(s <= 0)
-    if lost.size == 0:
-        return math.nan
-    i = int(lost[0])
-    if i == 0:
-        return float(e[0])
-    return float(e[i - 1] + (e[i] - e[i - 1]) * s[i - 1] / (s[i - 1] - s[i]))
+def _crossing(cube: Material, mode: Mode, log_strain: Array, stiffness: Array, sign: int) -> float:
+    """Return the strain at which the stiffness first stops being positive on one branch, or nan.
+
+    Strains are given outwards from zero (and beyond it on the other branch, which is left out).
+    """
+    branch = sign * log_strain >= 0
+    e, s = log_strain[branch], stiffness[branch]
+    for _ in range(REFINEMENTS):
+        lost = np.flatnonzero(s <= 0)
+        if lost.size == 0:
+            return math.nan
+        i = int(lost[0])
+        if i == 0:
+            return float(e[0])
+        inside = np.exp(np.sort(np.linspace(e[i - 1], e[i], 11)))
+        solved, _ = _solved(cube, mode, inside)
+        e, s = np.log(solved.stretches[::sign, 0]), solved.stiffness[::sign]
+    return float(e[int(np.argmax(s <= 0))]) if np.any(s <= 0) else math.nan

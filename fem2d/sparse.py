@@ -17,7 +17,7 @@ class PatternError(ValueError):
     """A matrix entry was asked for that the pattern does not have."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SparsePattern:
     """CSR pattern of a matrix with two unknowns a node, coupling the nodes that share an element.
 

@@ -244,7 +244,7 @@ def _write_csv(path: Path, curve: Curve) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         columns = (curve.stretch, curve.log_strain, curve.nominal_mpa, curve.cauchy_mpa)
-        writer.writerows([[repr(float(x)) for x in row] for row in zip(*columns, strict=True)])
+        writer.writerows([[f"{x:.15g}" for x in row] for row in zip(*columns, strict=True)])
 
 
 def _write_summary(folder: Path, content: Mapping[str, Any]) -> None:
