@@ -30,6 +30,7 @@ from mocap.synthetic import (
     Light,
     Scene,
     Sensor,
+    SyntheticError,
     Truth,
     frame_times,
     render,
@@ -39,7 +40,7 @@ from mocap.synthetic import (
 from scenarios.choreography import Path, Step
 from scenarios.held_package import package_bodies
 from scenarios.portrait import BACKGROUND, head_body, jaw_body, trunk_body
-from scenarios.settings import table_from
+from scenarios.settings import SettingError, table_from
 
 LIBRARY = File(__file__).parent / "library"
 SAMPLES_PER_S = 200.0
@@ -298,14 +299,17 @@ def write_marker_file(file: File, script: Script, first: Truth) -> None:
     file.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def main() -> None:
-    """Redraw the named recordings of the library."""
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Redraw the named recordings of the library; exit code 2 and one line if that cannot be."""
     parser = argparse.ArgumentParser(prog="python -m scenarios.rendering", description=__doc__)
     parser.add_argument("names", nargs="+", metavar="NAME", help="such as A38-F")
     parser.add_argument("--out", type=File, required=True, help="folder to write into")
-    arguments = parser.parse_args()
-    for name in arguments.names:
-        redraw(name, arguments.out / name if len(arguments.names) > 1 else arguments.out)
+    given = parser.parse_args(arguments)
+    for name in given.names:
+        try:
+            redraw(name, given.out / name if len(given.names) > 1 else given.out)
+        except (RenderingError, SettingError, SyntheticError, OSError) as error:
+            parser.error(str(error))
 
 
 if __name__ == "__main__":
