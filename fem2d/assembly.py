@@ -8,16 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.compiled import compiled
-from fem2d.kinematics import (
-    fibres_section,
-    fibres_thickness,
-    powers_section,
-    powers_thickness,
-    stretches_of,
-)
+from fem2d.kinematics import AXISYMMETRIC, STRESS, clamp, stretches_of
 from fem2d.materials.fibres import FIBRES, fibres_volume
 from fem2d.materials.material import Array
 from fem2d.materials.powers import powers_volume
+from fem2d.section_fibres import fibres_section, fibres_thickness
+from fem2d.section_powers import powers_section, powers_thickness
 
 Index = NDArray[np.int64]
 Index32 = NDArray[np.int32]
@@ -37,7 +33,7 @@ def section_response(
     block: Array,
     scratch: Array,
 ) -> tuple[float, bool]:
-    """Call the law that ``row`` describes; arguments as of :func:`powers_section`."""
+    """Call the law that ``row`` describes; arguments as of its function."""
     if row[0] == FIBRES:
         return fibres_section(row, plane, x, pressure, mixed, order, projected, P, A, scratch)
     return powers_section(row, plane, x, pressure, mixed, order, projected, P, A, block, scratch)
@@ -83,7 +79,7 @@ def section_entries(
         for q in range(points):
             x = entries[e, q]
             gradient_at(u, connectivity[e], gradients[e, q], values[q], radius[e, q], plane, x)
-            if plane == 0:
+            if plane == STRESS:
                 x[4] = section_thickness(rows[row_of[e]], x)
 
 
@@ -101,7 +97,7 @@ def gradient_at(
         x[1] += ux * gy
         x[2] += uy * gx
         x[3] += uy * gy
-        if plane == 2:
+        if plane == AXISYMMETRIC:
             x[4] += ux * values[a] / radius
 
 
@@ -206,7 +202,7 @@ def assemble(
             energy += w * density
             if order == 0:
                 continue
-            hoop = 1.0 / radius[e, q] if plane == 2 else 0.0
+            hoop = 1.0 / radius[e, q] if plane == AXISYMMETRIC else 0.0
             for a in range(count):
                 gx, gy = grads[a, 0], grads[a, 1]
                 fe[2 * a] += w * (P[0] * gx + P[1] * gy + P[4] * shape[a] * hoop)
@@ -216,7 +212,7 @@ def assemble(
                     dJ[2 * a] += w * (x[4] * (x[3] * gx - x[2] * gy) + area * shape[a] * hoop)
                     dJ[2 * a + 1] += w * x[4] * (x[0] * gy - x[1] * gx)
             if order == 2:
-                add_stiffness(w, A, grads, shape, hoop, plane == 2, T, ke)
+                add_stiffness(w, A, grads, shape, hoop, plane == AXISYMMETRIC, T, ke)
         if not admissible:
             energy = math.inf
             continue
