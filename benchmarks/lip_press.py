@@ -1,0 +1,166 @@
+"""The peers' lip press: a circle pressed 3 mm into skin and dragged 4 mm with friction 1.
+
+    python benchmarks/lip_press.py [--repeats 3] [--fine] [CASE ...]
+
+Block 20 mm × 12 mm, upper tenth Ogden skin (μ 0.05 MPa, α 10.789), ν = 0.49, bottom fixed, penalty
+10 MPa/mm normal and tangential, 30 + 40 steps: the settings at which DOLFINx, GetFEM, FElupe, FEBio
+and CalculiX were measured (docs/contact.md has their numbers beside ours). "own" is the same
+problem at our own settings: penalty 50 MPa/mm, and steps that adapt.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import statistics
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import skfem
+
+from fem2d.body import Body
+from fem2d.contact import RigidContact
+from fem2d.friction import FrictionLaw, NormalLaw
+from fem2d.inertia import Inertia
+from fem2d.kinematics import Plane
+from fem2d.linear import fastest_solver
+from fem2d.march import Commit, MarchStatus, StepSettings, march
+from fem2d.materials.neo_hookean import NeoHookean
+from fem2d.materials.ogden import Ogden
+from fem2d.newton import NewtonSettings
+from fem2d.state import State
+from fem2d.surface import Surface
+from fem2d.system import System
+from fem2d.tie import ElasticTie
+from geometry2d.outline import Outline
+from geometry2d.rigid import RigidMotion
+
+
+@dataclass(frozen=True)
+class Case:
+    """One way to run the problem."""
+
+    columns: int
+    rows: int
+    plane: Plane
+    element: str = "Q4"
+    penalty_mpa_per_mm: float = 10.0
+    own_steps: bool = False
+
+
+CASES = {
+    "coarse strain": Case(50, 40, Plane.STRAIN),
+    "coarse stress": Case(50, 40, Plane.STRESS),
+    "coarse own": Case(50, 40, Plane.STRAIN, "Q4M", 50.0, True),
+    "fine strain": Case(200, 100, Plane.STRAIN),
+    "fine stress": Case(200, 100, Plane.STRESS),
+    "fine own": Case(200, 100, Plane.STRAIN, "Q4M", 50.0, True),
+}
+
+SAMPLES = np.linspace(0, 2, 401)
+MOTION = RigidMotion(
+    SAMPLES,
+    np.zeros_like(SAMPLES),
+    np.column_stack([4 * np.clip(SAMPLES - 1, 0, 1), -3 * np.clip(SAMPLES, 0, 1)]),
+)
+
+
+def model(name: str) -> System:
+    case = CASES[name]
+    mesh = skfem.MeshQuad.init_tensor(
+        np.linspace(0, 20, case.columns + 1), np.linspace(0, 12, case.rows + 1)
+    )
+    mesh = mesh.with_boundaries(
+        {"top": lambda p: np.isclose(p[1], 12), "bottom": lambda p: np.isclose(p[1], 0)}
+    ).with_subdomains({"dermis": lambda p: p[1] > 10.8, "bulk": lambda p: p[1] < 10.8})
+    materials = {
+        "dermis": Ogden.from_poisson((0.05,), (10.789,), 0.49),
+        "bulk": NeoHookean.from_poisson(0.0041867, 0.49),
+    }
+    body = Body.of(mesh, materials, plane=case.plane, element=case.element)
+    top = Surface(body.edges("top"), body.nodes, points_per_edge=2)
+    pair = RigidContact(
+        "circle",
+        top,
+        Outline.circle([10, 16], 4),
+        NormalLaw(case.penalty_mpa_per_mm, 1e-9 if not case.own_steps else 1e-3),
+        FrictionLaw(1.0, 10.0),
+    )
+    bottom = Surface(body.edges("bottom"), body.nodes)
+    return System(body, (pair,), (ElasticTie("bottom", bottom, 1e4, 0.0),), Inertia(0.0))
+
+
+def pressed(
+    system: System, end_s: float, *, increments: int, start: State | None = None, commits=None
+) -> State:
+    """March to ``end_s`` in equal increments and return the state there."""
+    begin = 0.0 if start is None else start.time_s
+    step = (end_s - begin) / increments
+    if start is None:
+        start = system.state_at_rest(0.0, MOTION.at(0.0), next_step_s=step)
+    kept: list[Commit] = [] if commits is None else commits
+    result = march(
+        system,
+        MOTION,
+        start,
+        solver=fastest_solver(),
+        end_s=end_s,
+        steps=StepSettings(longest_s=step, travel_mm=1e9, easy_iterations=100),
+        newton=NewtonSettings(tolerance=1e-8),
+        on_commit=kept.append,
+    )
+    if result.status is not MarchStatus.FINISHED:
+        raise RuntimeError(f"stopped at {result.state.time_s:.3f} s: {result.status.value}")
+    return result.state
+
+
+def run(system: System, own_steps: bool) -> tuple[list[Commit], float, float]:
+    """Return all increments, seconds on the wall and seconds of processor."""
+    commits: list[Commit] = []
+    begin, begin_processor = time.perf_counter(), time.process_time()
+    if own_steps:
+        start = system.state_at_rest(0.0, MOTION.at(0.0), next_step_s=0.05)
+        result = march(
+            system, MOTION, start, solver=fastest_solver(),
+            steps=StepSettings(longest_s=0.06, travel_mm=0.2), on_commit=commits.append,
+        )  # fmt: skip
+        if result.status is not MarchStatus.FINISHED:
+            raise RuntimeError(f"stopped at {result.state.time_s:.3f} s: {result.status.value}")
+    else:
+        middle = pressed(system, 1.0, increments=30, commits=commits)
+        pressed(system, 2.0, increments=40, start=middle, commits=commits)
+    return commits, time.perf_counter() - begin, time.process_time() - begin_processor
+
+
+def force(commit: Commit) -> np.ndarray:
+    return commit.contacts[0].force.reshape(-1, 2).sum(axis=0)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("cases", nargs="*", metavar="CASE", help=", ".join(CASES))
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--fine", action="store_true", help="the fine mesh too")
+    options = parser.parse_args()
+    names = options.cases or [n for n in CASES if options.fine or not n.startswith("fine")]
+    for name in names:
+        system = model(name)
+        system.body.response(np.zeros_like(system.body.nodes))  # compile before the clock starts
+        runs = [run(system, CASES[name].own_steps) for _ in range(options.repeats)]
+        commits = runs[0][0]
+        middle = min(commits, key=lambda c: abs(c.state.time_s - 1))
+        iterations = sum(c.newton.iterations for c in commits)
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        print(
+            f"{name:<14} Fn {-force(middle)[1]:.6f}  Fn {-force(commits[-1])[1]:.6f} "
+            f"Ft {force(commits[-1])[0]:.6f} N  steps {len(commits)}  iterations {iterations}  "
+            f"cutbacks {sum(c.cutbacks for c in commits)}  "
+            f"{statistics.median(wall for _, wall, _ in runs):.1f} s  "
+            f"processor {statistics.median(busy for _, _, busy in runs):.1f} s  {memory:.0f} MB",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
