@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.compiled import compiled
-from fem2d.kinematics import AXISYMMETRIC, STRESS, clamp, stretches_of
+from fem2d.kinematics import AXISYMMETRIC, STRESS, stretches_of
 from fem2d.materials.fibres import FIBRES, fibres_volume
 from fem2d.materials.material import Array
 from fem2d.materials.powers import powers_volume
