@@ -84,6 +84,7 @@ fem.Job(steps=[step], plugins=[note]).evaluate(
     x0=field, verbose=0, tol=1e-8, solver=spsolve, parallel=False
 )
 print(
-    f"felupe {fem.__version__}: force {forces[29]} then {forces[-1]} N, {sum(iterations)} iterations, "
+    f"felupe {fem.__version__}: force {forces[29]} then {forces[-1]} N, "
+    f"{sum(iterations)} iterations, "
     f"{time.perf_counter() - wall:.1f} s, {time.process_time() - cpu:.1f} s of processor"
 )
