@@ -139,15 +139,14 @@ def sips_of(
     distance = np.hypot(*relative_mm.T)
     away = distance > distance.min() + LEAVES_MM
     edges = np.flatnonzero(np.diff(np.concatenate([[True], away, [True]]).astype(int)))
-    sips = []
-    start = 0
-    for first, last in edges.reshape(-1, 2):
-        following = edges[edges > last - 1]
-        end = int(following[1]) if following.size > 1 else time_s.size
-        part = slice(start, end if end > last else time_s.size)
-        sips.append(figures_of(time_s[part], relative_mm[part], relative_rad[part], head_rad[part]))
-        start = int(last)
-    return sips
+    arrivals, leavings = edges[::2], edges[1::2]
+    # Each sip has the time from when the one before was over to when the next begins.
+    starts = np.concatenate([[0], leavings[:-1]])
+    ends = np.concatenate([arrivals[1:], [time_s.size]])
+    return [
+        figures_of(time_s[a:b], relative_mm[a:b], relative_rad[a:b], head_rad[a:b])
+        for a, b in zip(starts, ends, strict=True)
+    ]
 
 
 def _run_around(mask: NDArray[np.bool_], at: int) -> tuple[int, int]:

@@ -131,7 +131,8 @@ def _cutoffs(time: Array, unit: float) -> list[float]:
 
 def _stiffness(cutoff_hz: float, unit: float, weight: float) -> float:
     """Return λ (times in ``unit``) whose filter has amplitude 1/√2 at the cutoff."""
-    omega = 2 * np.pi * cutoff_hz * unit
+    # What a difference between samples makes of a frequency; 2πf for those far below the rate.
+    omega = 2 * np.sin(np.pi * cutoff_hz * unit)
     return float((np.sqrt(2.0) - 1.0) * weight / omega ** (2 * ORDER))
 
 
