@@ -96,7 +96,8 @@ class FollowerPressure:
         points = self._points(displacement)
         density = (points.depth * points.share)[..., None] * points.area_vector
         nodal = -np.einsum("q,qk,mqc->mkc", self._gauss_weight, self.surface.shape, density)
-        return nodal.reshape(len(self.surface.edges), -1)
+        force: Array = nodal.reshape(len(self.surface.edges), -1)
+        return force
 
     def unit_stiffness(self, displacement: Array) -> Array:
         """Return the derivative (m, 2k, 2k), N/(mm MPa), of :meth:`unit_force`."""
@@ -112,7 +113,8 @@ class FollowerPressure:
         spread[:, :, 0, :, 1] += turn
         spread[:, :, 1, :, 0] -= turn
         size = 2 * shape.shape[1]
-        return -spread.reshape(-1, size, size)
+        stiffness: Array = -spread.reshape(-1, size, size)
+        return stiffness
 
     @property
     def _gauss_weight(self) -> Array:
@@ -138,8 +140,11 @@ class FollowerPressure:
 
 @dataclass(frozen=True)
 class _Points:
-    """Values at the Gauss points (m, q): outward normal times length per local coordinate, depth
-    of the section and its derivative by x, share of the pressure that acts and its gradient."""
+    """Values at the Gauss points (m, q).
+
+    Outward normal times length per local coordinate, depth of the section and its derivative by x,
+    share of the pressure that acts and its gradient.
+    """
 
     area_vector: Array
     depth: Array

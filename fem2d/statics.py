@@ -57,7 +57,7 @@ class Load(NamedTuple):
     def towards(self, other: Load, share: float) -> Load:
         """Return the load a share (0…1) of the way to another one."""
         a, b = self.placement, other.placement
-        shift = tuple((1 - share) * p + share * q for p, q in zip(a.shift_mm, b.shift_mm))
+        shift = (1 - share) * np.asarray(a.shift_mm) + share * np.asarray(b.shift_mm)
         return Load(
             (1 - share) * self.pressure_mpa + share * other.pressure_mpa,
             RigidPlacement(
@@ -221,8 +221,11 @@ class StaticSystem:
 
 
 class _Residual(NamedTuple):
-    """Unbalanced forces (2n,), the largest of the free ones, the largest that acts, the forces of
-    a unit pressure, and what the contacts do."""
+    """Unbalanced forces (2n,) and what they consist of.
+
+    The largest of the free ones, the largest that acts, the forces of a unit pressure, and what
+    the contacts do.
+    """
 
     forces: Array
     largest: float

@@ -150,9 +150,8 @@ def aspirated(
         progress(0.8 * len(found) / len(wanted), f"{suction_of(settled):.2f} kPa")
     if loss is None and options.search_kpa > options.suction_kpa:
         loss = _searched(model, found[-1], options.search_kpa, progress)
-    rows = [_row(model, settled) for settled in found]
-    columns = np.array(rows).T
-    return Aspiration(*columns, last=found[-1], model=model, loss=loss)
+    suction, apex, low, high, mises, softest = np.array([_row(model, s) for s in found]).T
+    return Aspiration(suction, apex, low, high, mises, softest, found[-1], model, loss)
 
 
 def suction_of(settled: Settled) -> float:

@@ -10,7 +10,7 @@ The axis is x = 0, the undeformed surface y = 0 and the tissue below it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -19,9 +19,10 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 
-from fem2d.body import Body, Plane
+from fem2d.body import Body
 from fem2d.contact import RigidContact
 from fem2d.friction import FrictionLaw, NormalLaw
+from fem2d.kinematics import Plane
 from fem2d.linear import DirectSolver, fastest_solver
 from fem2d.materials.material import Material
 from fem2d.pressure import Exposure, FollowerPressure
@@ -61,11 +62,11 @@ class SuctionOptions:
         description="outer radius of the cup", source="LASTIC, about 33 mm across; from memory",
     )  # fmt: skip
     slab_radius_mm: float = setting(
-        default=50.0, unit="mm", minimum=1.0, maximum=500.0,
+        default=30.0, unit="mm", minimum=1.0, maximum=500.0,
         description="radius of the slab", source=ASSUMED,
     )  # fmt: skip
     slab_height_mm: float = setting(
-        default=50.0, unit="mm", minimum=0.5, maximum=500.0,
+        default=20.0, unit="mm", minimum=0.5, maximum=500.0,
         description="height of the slab", source=ASSUMED,
     )  # fmt: skip
     dermis_mm: float = setting(
@@ -270,7 +271,7 @@ class SuctionModel:
         return fastest_solver()
 
     def sucked_to(
-        self, suction_kpa: Sequence[float], *, start: Settled | None = None
+        self, suction_kpa: Iterable[float], *, start: Settled | None = None
     ) -> Iterator[Settled]:
         """Yield the equilibrium at each suction, kPa; ends early with one not found.
 
@@ -279,13 +280,12 @@ class SuctionModel:
         state = start or self.system.undeformed()
         for suction in suction_kpa:
             target = Load(-suction * MPA_PER_KPA)
-            for state in advance(self.system, state, target, solver=self.solver):
-                pass
+            state = list(advance(self.system, state, target, solver=self.solver))[-1]
             yield state
             if not state.found:
                 return
 
-    def raised_to(self, apex_mm: Sequence[float], *, start: Settled) -> Iterator[Settled]:
+    def raised_to(self, apex_mm: Iterable[float], *, start: Settled) -> Iterator[Settled]:
         """Yield the equilibrium at each apex displacement, mm, the suction being solved for.
 
         Goes round limit points of the suction. Ends early with one not found.
