@@ -93,7 +93,8 @@ class Capture:
     motions are the identity in the first frame. ``package_start_mm`` (2,) is then the moving body's
     first marker, from the head's. ``relative_mm`` (n, 2), ``relative_rad`` (n,) and ``sigma``
     (n, 3: mm, mm, rad) are the motion of the package seen from the head. ``axis_rad`` holds, by
-    body, the direction from its first marker to its last in the first frame.
+    body, the direction from its first marker to its last in the first frame. ``others`` are the
+    poses of bodies that take no part in the motion, such as the jaw, whose skin slides.
     """
 
     frame: NDArray[np.int_]
@@ -107,6 +108,7 @@ class Capture:
     poses: Mapping[str, Poses]
     smoothing: Mapping[str, Smoothed]
     axis_rad: Mapping[str, float]
+    others: Mapping[str, Poses]
 
     @property
     def head_mm(self) -> Array:
@@ -282,7 +284,25 @@ def capture(
         poses=poses,
         smoothing=smoothing,
         axis_rad=axis,
+        others=_other_poses(tracks, markers, world_mm, scales, rows),
     )
+
+
+def _other_poses(
+    tracks: Tracks,
+    markers: MarkerFile,
+    world_mm: Array,
+    scales: Mapping[str, BodyScale],
+    rows: slice,
+) -> dict[str, Poses]:
+    """Return the poses of the bodies beside the two, where all their markers are known."""
+    others = {}
+    for body, names in markers.bodies.items():
+        columns = [tracks.names.index(name) for name in names]
+        complete = bool(np.isfinite(world_mm[rows][:, columns]).all())
+        if body not in (markers.reference, markers.moving) and complete:
+            others[body] = _poses_of(body, names, tracks, world_mm, scales[body], rows)
+    return others
 
 
 def _poses_of(

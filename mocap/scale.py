@@ -168,8 +168,9 @@ def body_scales(tracks: Tracks, markers: MarkerFile, flat: Array) -> dict[str, B
         body: _scale_of_pair(tracks, flat, markers.bodies[body][:2], length, markers, body)
         for body, length in markers.scale_mm.items()
     }
-    fallback = own.get(markers.moving) or own[markers.reference]
-    return {body: own.get(body, fallback) for body in markers.bodies}
+    # Whatever else is marked, such as the jaw, lies about as deep as the reference body.
+    deep = own.get(markers.reference) or own[markers.moving]
+    return {body: own.get(body, deep) for body in markers.bodies}
 
 
 def _scale_of_pair(

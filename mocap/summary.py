@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from geometry2d.rigid import rotated
 from mocap.markers import MarkerFile
+from mocap.motion import Capture, Poses
 from mocap.phases import drinking_figures
 from mocap.scale import BodyScale, Picture
 from mocap.timing import Timing
@@ -74,6 +76,7 @@ def summary(
         "first_frame": {
             f"{body}_axis_deg": math.degrees(axis) for body, axis in motion.axis_rad.items()
         },
+        "other_bodies": {body: _other(pose, motion) for body, pose in motion.others.items()},
         "smoothing": {
             name: {
                 "cutoff_hz": result.cutoff_hz,
@@ -137,6 +140,22 @@ def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
     return report
 
 
+def _other(pose: Poses, motion: Capture) -> dict[str, Any]:
+    """Return whether a further body is rigid, and how far it moves as the reference sees it."""
+    seen = rotated(
+        pose.position_mm - motion.poses[next(iter(motion.poses))].position_mm,
+        -motion.head.angle_rad,
+    )
+    return {
+        "markers": list(pose.markers),
+        "rigid": pose.rigid,
+        "residual_rms_mm": pose.residual_rms_mm,
+        "expected_residual_mm": pose.expected_residual_mm,
+        "moves_on_reference_mm": float(np.hypot(*np.ptp(seen, axis=0))),
+        "turns_on_reference_deg": float(np.degrees(np.ptp(pose.angle_rad - motion.head.angle_rad))),
+    }
+
+
 def _marker(tracks: Tracks, name: str) -> dict[str, Any]:
     status = tracks.status[:, tracks.names.index(name)]
     _, sigma = tracks.of(name)
@@ -188,6 +207,12 @@ def _measurement_warnings(measured: Measurement, markers: MarkerFile) -> list[st
             warnings.append(
                 f"{body} is not rigid: its markers miss their places by "
                 f"{pose.residual_rms_mm:.2f} mm RMS, {pose.expected_residual_mm:.2f} mm expected"
+            )
+    for body, pose in motion.others.items():
+        if not pose.rigid:
+            warnings.append(
+                f"{body} is not rigid ({pose.residual_rms_mm:.2f} mm RMS): skin slides; it takes "
+                "no part in the motion"
             )
     for body, scale in measured.scales.items():
         if scale.source == body and scale.foreshortened:

@@ -72,6 +72,16 @@ def test_depth_of_the_head_matters_and_is_reported(sip: ConvertResult) -> None:
     assert sip.summary["recording"]["rendered"] is True
 
 
+def test_skin_that_slides_over_the_jaw_is_reported_and_kept_apart(sip: ConvertResult) -> None:
+    """The recording's script slides the jaw's skin by 0.8 and 1.3 mm on the head."""
+    jaw = sip.summary["other_bodies"]["jaw"]
+    assert jaw["moves_on_reference_mm"] == pytest.approx(np.hypot(0.8, 1.3), abs=0.15)
+    assert sip.summary["bodies"]["head"]["markers"] == ["ear", "nose"]
+    assert list(sip.summary["drinking"]["phases_s"]) == [
+        "approach", "contact", "tilt", "drink", "release"
+    ]  # fmt: skip
+
+
 def test_boundary_conditions_are_the_motion_from_its_start(sip: ConvertResult) -> None:
     motion = columns(sip.out / "motion.csv")
     folder = sip.out / "boundary_conditions"
