@@ -116,7 +116,8 @@ class System:
         With ``body_moves_to`` the moving body is about to go from ``placement`` there, and the
         forces hold what that motion adds to first order.
         """
-        response = self.body.energy_and_force(displacement)
+        # Force and tangent together cost little more than force alone, and most trials are accepted.
+        response = self.body.response(displacement)
         if not np.isfinite(response.energy):
             nothing = np.full(displacement.size, np.inf)
             return Balance(nothing, 0.0, lambda safe: self.mass)
@@ -143,8 +144,8 @@ class System:
 
         def matrix(safe: bool) -> sp.csr_matrix:
             resisting = pull * self.mass.data + self.viscosity.data / duration_s
-            of_body = self.body.response(displacement, projected=safe).stiffness
-            return self._tangent(of_body + resisting, touching, folded, safe=safe)
+            of_body = self.body.response(displacement, projected=True) if safe else response
+            return self._tangent(of_body.stiffness + resisting, touching, folded, safe=safe)
 
         return Balance(residual, scale, matrix)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ from fem2d.state import State
 from fem2d.surface import Surface
 from fem2d.system import System
 from fem2d.tie import ElasticTie
+from fem2d.tissue_contact import TissueContact, TissueHistory
 from geometry2d.head import HeadSection, head_section
 from geometry2d.mesh import LEVELS, section_mesh
 from geometry2d.neck import NeckSection, neck_section
@@ -44,6 +45,12 @@ BONE_STIFFNESS_MPA_PER_MM = 1.0
 
 NEAR_MM = 2.0
 """The replay starts when the neck comes this close to a lip, and ends when it has left again."""
+
+FOLD_REACH_MM = 0.5
+"""How far from a skin another part of skin is looked for: far more than any penetration."""
+
+FOLD_NEIGHBOURHOOD_MM = 2.0
+"""Skin nearer than this along the surface cannot touch itself: dermis does not bend so sharply."""
 
 AFTER_RELEASE_S = 0.2
 """How long the lips are followed after the neck has gone."""
@@ -156,7 +163,16 @@ class Lips:
             for lip in LIPS
             for part in ("bone", "cut")
         )
-        return System(self.body, tuple(pairs), ties, TISSUE)
+        lips = TissueContact(
+            "lip on lip",
+            tuple(self.surface(f"{lip}_skin") for lip in LIPS),
+            normal,
+            FrictionLaw(contact.lip_friction),
+            reach_mm=FOLD_REACH_MM,
+            itself=True,
+            neighbourhood_mm=FOLD_NEIGHBOURHOOD_MM,
+        )
+        return System(self.body, tuple(pairs), ties, TISSUE, (lips,))
 
     @cached_property
     def model(self) -> Model:
@@ -254,7 +270,7 @@ def replay(
         state = system.state_at_rest(start_s, seen.neck.at(start_s), next_step_s=steps.longest_s)
         on_model(lips.model)
     else:
-        state = _restored(resume_from, len(system.contacts))
+        state = _restored(resume_from, len(system.contacts), len(system.folds))
     diary = _Diary(lips, start_s, end_s)
 
     def commit(done: Commit) -> None:
@@ -294,14 +310,14 @@ class _Diary:
 
     def increment(self, commit: Commit) -> Increment:
         state, lips = commit.state, self._lips
-        fields = lips.body.fields(state.displacement)
-        volume = fields.volume / fields.volume.sum(axis=1, keepdims=True)
-        strain = fields.log_strain
+        inside = lips.body.fields(state.displacement)
+        volume = inside.volume / inside.volume.sum(axis=1, keepdims=True)
+        strain = inside.log_strain
         lines = {lip: self._line(lip, commit) for lip in LIPS}
         history = {
             "dermis_min_log_strain": float(strain[self._dermis].min()),
             "dermis_max_log_strain": float(strain[self._dermis].max()),
-            "dermis_max_mises_kpa": 1e3 * float(fields.von_mises[self._dermis].max()),
+            "dermis_max_mises_kpa": 1e3 * float(inside.von_mises[self._dermis].max()),
         }
         for lip, line in lines.items():
             force = self._force_on_neck(lip, commit)
@@ -321,7 +337,7 @@ class _Diary:
             element={
                 "log_strain_min": np.sum(volume * strain.min(axis=-1), axis=1),
                 "log_strain_max": np.sum(volume * strain.max(axis=-1), axis=1),
-                "von_mises_mpa": np.sum(volume * fields.von_mises, axis=1),
+                "von_mises_mpa": np.sum(volume * inside.von_mises, axis=1),
             },
             contact={lip: self._field(lip, commit) for lip in LIPS},
             history=history,
@@ -479,10 +495,12 @@ def _kept(state: State) -> dict[str, Array]:
     for number, history in enumerate(state.histories):
         kept[f"body_position_{number}"] = history.body_position
         kept[f"traction_{number}"] = history.traction
+    for number, fold in enumerate(state.fold_histories):
+        kept |= {f"fold_{number}_{item.name}": getattr(fold, item.name) for item in fields(fold)}
     return kept
 
 
-def _restored(increment: Increment, pairs: int) -> State:
+def _restored(increment: Increment, pairs: int, folds: int) -> State:
     kept = increment.state
     return State(
         increment.time_s,
@@ -494,4 +512,8 @@ def _restored(increment: Increment, pairs: int) -> State:
             ContactHistory(kept[f"body_position_{n}"], kept[f"traction_{n}"]) for n in range(pairs)
         ),
         float(kept["next_step_s"]),
+        tuple(
+            TissueHistory(**{f.name: kept[f"fold_{n}_{f.name}"] for f in fields(TissueHistory)})
+            for n in range(folds)
+        ),
     )

@@ -93,6 +93,13 @@ class Contact:
         description="friction coefficient between lip and teeth",
         source="thesis, section 4.2",
     )
+    lip_friction: float = setting(
+        default=0.3,
+        minimum=0.0,
+        maximum=3.0,
+        description="friction coefficient between lip and lip, and in folds",
+        source="assumed: wet with saliva",
+    )
 
 
 @dataclass(frozen=True)
@@ -104,21 +111,21 @@ class Placement:
         unit="mm",
         minimum=-30.0,
         maximum=30.0,
-        description='package forward in the head frame',
+        description="package forward in the head frame",
     )
     shift_y_mm: float = setting(
         default=0.0,
         unit="mm",
         minimum=-30.0,
         maximum=30.0,
-        description='package upward in the head frame',
+        description="package upward in the head frame",
     )
     turn_deg: float = setting(
         default=0.0,
         unit="deg",
         minimum=-45.0,
         maximum=45.0,
-        description='package turned counter-clockwise about the lower mark',
+        description="package turned counter-clockwise about the lower mark",
     )
 
 
