@@ -94,7 +94,7 @@ def test_flat_punch_away_from_its_corners():
     away = np.abs(x) < 0.8
     assert away.sum() > 15
     exact = force / (np.pi * np.sqrt(1 - x[away] ** 2))
-    np.testing.assert_allclose(pressure[away], exact, rtol=0.02)
+    np.testing.assert_allclose(pressure[away], exact, rtol=0.005)
 
 
 @pytest.mark.slow
@@ -191,7 +191,7 @@ def test_block_pushed_up_an_incline(friction):
     points = last.contacts[0].points
     assert friction == 0 or points.slipping[points.pressure > 0].all()
     push = system.reaction(last.state.displacement, 1.0).sum()
-    assert push / -weight.sum() == pytest.approx((friction + 0.1) / (1 - 0.1 * friction), rel=5e-4)
+    assert push / -weight.sum() == pytest.approx((friction + 0.1) / (1 - 0.1 * friction), rel=1e-8)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.3, 0.99, 1.0, 1.5])
@@ -244,7 +244,7 @@ def test_block_under_its_weight_on_a_slope_of_45_degrees(friction, slides):
     loaded = time > 0.15
     if slides:
         acceleration = 2 * np.polyfit(time[loaded], travel[loaded], 2)[0]
-        assert acceleration == pytest.approx(gravity * (1 - friction) / np.sqrt(2), rel=0.02)
+        assert acceleration == pytest.approx(gravity * (1 - friction) / np.sqrt(2), rel=1e-4)
     else:
         assert np.ptp(travel[loaded]) < 1e-4
 
