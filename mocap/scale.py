@@ -30,6 +30,10 @@ FORESHORTENED = 0.02
 HIGHEST_DEGREE = 3
 # A change of scale over the clip below this share is not followed: it would only add noise.
 LEAST_CHANGE = 0.003
+# ... and so is one of fewer standard errors of the fitted curve than this.
+CLEAR_CHANGE = 8.0
+# Frames over which errors may go together: compressed pictures repeat themselves.
+CORRELATED_FRAMES = 8
 
 
 class ScaleError(ValueError):
@@ -238,12 +242,27 @@ def _slow_trend(
         inverse = np.linalg.pinv(scaled.T @ scaled) * misfit / freedom
         spread = float(np.sqrt(np.mean(np.einsum("ij,jk,ik->i", basis, inverse, basis))))
         score = count * float(np.log(misfit / count)) + (degree + 1) * float(np.log(count))
-        if degree and np.ptp(curve[use]) < LEAST_CHANGE * np.mean(curve[use]):
+        spread *= _inflation((distance[use] - basis[use] @ coefficients) * weight * robust)
+        least = max(LEAST_CHANGE * float(np.mean(curve[use])), CLEAR_CHANGE * spread)
+        if degree and np.ptp(curve[use]) < least:
             continue
         if best is None or score < best[0] - 6.0:
             best = (score, curve, spread)
     assert best is not None
     return best[1], best[2]
+
+
+def _inflation(residual: Array) -> float:
+    """Return by what factor a mean is less certain because neighbouring residuals go together."""
+    total = float(residual @ residual)
+    together = 0.0
+    for lag in range(1, min(CORRELATED_FRAMES, residual.size - 1) + 1):
+        shared = float(residual[lag:] @ residual[:-lag]) / max(total, 1e-30)
+        if shared <= 0:
+            break
+        together += shared
+    # A fitted mean takes its own share out of the residual's correlation: about 1/n at each lag.
+    return float(np.sqrt(1 + 2 * together + 2.0 * CORRELATED_FRAMES / residual.size))
 
 
 def positions_mm(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from mocap.convert import ConvertResult, OutputError, convert
+from mocap.link import TrackingError
 
 ROOT = Path(__file__).parents[2]
 SIP = ROOT / "scenarios" / "library" / "A38-F"
@@ -140,6 +141,17 @@ def test_marks_on_the_wall_stay_rigid_while_the_camera_drifts(ball: ConvertResul
 def test_one_marker_bodies_do_not_turn(ball: ConvertResult) -> None:
     assert np.all(ball.motion.package.angle_rad == 0)
     assert any("one marker" in warning for warning in ball.summary["warnings"])
+
+
+def test_a_video_without_face_and_package_is_refused_in_words(tmp_path: Path) -> None:
+    markers = tmp_path / "markers.toml"
+    markers.write_text("[scale]\npackage = 14.0\n[markers]\n")
+    with pytest.raises(TrackingError) as caught:
+        convert(BALL / "projetil.mp4", markers, tmp_path / "out")
+    message = str(caught.value)
+    assert "round spots were found" in message
+    assert "ear, nose, package_lower, package_upper looked for" in message
+    assert not (tmp_path / "out").exists()
 
 
 def test_results_are_replaced_whole_and_nothing_else_is(sip: ConvertResult, tmp_path: Path) -> None:

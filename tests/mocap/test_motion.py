@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -9,12 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry2d.rigid import rotated
-from mocap.markers import Lens, PlanePoints
+from mocap.markers import Lens, PlanePoints, read_markers
 from mocap.motion import body_poses
-from mocap.scale import Picture, ScaleError, axis_px, rectified, undistorted
+from mocap.scale import BodyScale, Picture, ScaleError, axis_px, body_scales, rectified, undistorted
 from mocap.smooth import SmoothingError, inverse_band, smoothed
 from mocap.synthetic import Camera
 from mocap.synthetic import Lens as DrawnLens
+from mocap.tracks import Tracks
 
 SHAPE = np.array([[0.0, 0.0], [102.0, 12.0], [40.0, -55.0]])
 
@@ -175,3 +178,57 @@ def test_signals_with_holes_are_refused() -> None:
     with pytest.raises(SmoothingError, match="shape"):
         smoothed(time, time[1:], np.ones(20))
     assert np.array_equal(smoothed(time[:4], time[:4], np.ones(4)).values, time[:4])
+
+
+def pair_of_marks(distance_px: np.ndarray, sigma_px: float = 0.05) -> Tracks:
+    """Tracks of ear, nose and two package marks this far apart, with noise."""
+    n = distance_px.size
+    rng = np.random.default_rng(3)
+    names = ("ear", "nose", "package_lower", "package_upper")
+    position = np.zeros((n, 4, 2))
+    position[:, 1, 0] = 300.0
+    position[:, 2] = [400.0, 200.0]
+    position[:, 3] = position[:, 2] + np.column_stack([np.zeros(n), -distance_px])
+    position += sigma_px * rng.standard_normal(position.shape)
+    return Tracks(
+        frame=np.arange(n),
+        time_s=np.arange(n) / 25,
+        names=names,
+        position_px=position,
+        sigma_px=np.full((n, 4), sigma_px),
+        status=np.full((n, 4), "seen", dtype="<U9"),
+    )
+
+
+def package_scale(tmp_path: Path, tracks: Tracks) -> BodyScale:
+    path = tmp_path / "markers.toml"
+    path.write_text("[scale]\npackage = 14.0\n[markers]\n")
+    return body_scales(tracks, read_markers(path), tracks.position_px)["package"]
+
+
+def test_a_steady_scale_is_one_number_with_its_error(tmp_path: Path) -> None:
+    found = package_scale(tmp_path, pair_of_marks(np.full(120, 42.0)))
+    assert found.change == 0.0
+    assert found.px_per_mm[0] == pytest.approx(3.0, rel=3 * found.relative_sigma)
+    assert found.relative_sigma == pytest.approx(0.05 * np.sqrt(2 / 120) / 42, rel=0.4)
+    assert found.foreshortened == ()
+
+
+def test_a_package_that_comes_nearer_is_followed(tmp_path: Path) -> None:
+    distance = 42.0 * (1 + 0.04 * np.linspace(0, 1, 120))
+    found = package_scale(tmp_path, pair_of_marks(distance))
+    np.testing.assert_allclose(found.px_per_mm, distance / 14.0, rtol=2e-3)
+    assert found.change == pytest.approx(0.04, abs=0.005)
+
+
+def test_marks_that_turn_out_of_the_plane_are_reported(tmp_path: Path) -> None:
+    distance = np.full(120, 42.0)
+    distance[50:60] *= np.cos(np.radians(25))
+    found = package_scale(tmp_path, pair_of_marks(distance))
+    assert found.foreshortened == tuple(range(50, 60))
+    assert found.px_per_mm[0] == pytest.approx(3.0, rel=0.003)
+
+
+def test_marks_in_one_place_give_no_scale(tmp_path: Path) -> None:
+    with pytest.raises(ScaleError, match="package_lower and package_upper coincide"):
+        package_scale(tmp_path, pair_of_marks(np.full(20, 1.0)))
