@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from mocap.boundary import write_boundary_conditions
+from mocap.c3d import write_c3d
 from mocap.chart import write_chart
+from mocap.exchange import motion_table, read_positions, tracks_from
 from mocap.follow import follow
 from mocap.markers import MarkerFile, read_markers
 from mocap.motion import Capture, capture
@@ -29,7 +31,7 @@ from mocap.scale import (
 )
 from mocap.summary import summary, write_summary
 from mocap.tracks import Tracks, read_tracks
-from mocap.trc import write_motion_trc
+from mocap.trc import write_trc
 from mocap.video import Video
 
 # Called with what is being done, how much of it is done and how much there is (0: not known).
@@ -120,7 +122,7 @@ def convert(
     folder = Path(out)
     _check_replaceable(folder)
     marker_file = read_markers(markers)
-    given = read_tracks(tracks) if tracks is not None else None
+    given = given_tracks(tracks) if tracks is not None else None
     film = Video(video, fps=fps)
     raw = follow(film, marker_file, start_s=start_s, end_s=end_s, given=given, progress=say)
     timing = film.timing
@@ -133,7 +135,7 @@ def convert(
         write_chart(measured.motion, partial / "motion.png", rendered=marker_file.rendered)
         tables = partial / "boundary_conditions"
         write_boundary_conditions(measured.motion, tables)
-        write_motion_trc(measured.motion, marker_file, tables / "motion.trc")
+        write_motion_files(measured.motion, marker_file, tables)
         write_overlay(
             Video(video, fps=fps),
             measured.tracks,
@@ -144,6 +146,37 @@ def convert(
         )
         write_summary(report, partial / MARK_OF_A_RESULT)
     return ConvertResult(folder, measured.tracks, measured.motion, measured.scales, report)
+
+
+def given_tracks(path: Path | str) -> Tracks:
+    """Return tracks to start from: a ``tracks.csv``, or picture positions of another program.
+
+    Tracker's positions are taken to count from a pixel's corner, all others from its centre.
+
+    Raises
+    ------
+    TracksError, ExchangeError
+        If the file is broken or holds lengths instead of pixels.
+    """
+    file = Path(path)
+    if file.suffix.lower() == ".csv" and file.is_file():
+        with file.open(encoding="utf-8-sig", errors="replace") as handle:
+            header = handle.readline()
+        foreign = header.lower().startswith("scorer") or "time (" in header.lower()
+        if not foreign:
+            return read_tracks(file)
+    elif not file.is_file():
+        return read_tracks(file)
+    table = read_positions(file)
+    return tracks_from(table, corner_origin=file.suffix.lower() == ".txt")
+
+
+def write_motion_files(motion: Capture, markers: MarkerFile, folder: Path) -> None:
+    """Write the motion as TRC and, where its frames are even in time, as C3D."""
+    table = motion_table(motion, markers)
+    write_trc(table, folder / "motion.trc")
+    if table.even:
+        write_c3d(table, folder / "motion.c3d")
 
 
 def measure(tracks: Tracks, markers: MarkerFile, picture: Picture) -> Measurement:

@@ -60,6 +60,12 @@ class MarkerTable:
             return 1.0
         return float((self.time_s.size - 1) / (self.time_s[-1] - self.time_s[0]))
 
+    @property
+    def even(self) -> bool:
+        """Whether the intervals between frames agree within 1 %."""
+        intervals = np.diff(self.time_s)
+        return intervals.size == 0 or bool(np.ptp(intervals) <= 0.01 * np.median(intervals))
+
     def in_mm(self) -> MarkerTable:
         """Return the table with positions in mm.
 

@@ -9,9 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.exchange import ExchangeError, MarkerTable, checked_table, motion_table
-from mocap.markers import MarkerFile
-from mocap.motion import Capture
+from mocap.exchange import ExchangeError, MarkerTable, checked_table
 from mocap.spreadsheets import text_of
 
 Array: TypeAlias = NDArray[np.float64]
@@ -85,11 +83,6 @@ def write_trc(table: MarkerTable, path: Path) -> None:
         cells = ["" if np.isnan(v) else f"{v:.6f}" for v in table.positions[i].ravel()]
         lines.append(f"{i + 1}\t{time:.6f}\t" + "\t".join(cells))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def write_motion_trc(motion: Capture, markers: MarkerFile, path: Path) -> None:
-    """Write ``motion.trc``: both bodies in the world plane, mm."""
-    write_trc(motion_table(motion, markers), path)
 
 
 def _even(time: Array, rate: str) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from mocap.convert import ConvertResult, OutputError, convert
+from mocap.exchange import read_positions
 from mocap.link import TrackingError
 
 ROOT = Path(__file__).parents[2]
@@ -95,7 +96,10 @@ def test_boundary_conditions_are_the_motion_from_its_start(sip: ConvertResult) -
     np.testing.assert_allclose(table[:, 1], motion["rel_x_mm"] - motion["rel_x_mm"][0], atol=2e-6)
     turn = np.loadtxt(folder / "relative_ur3.txt", delimiter="\t")
     np.testing.assert_allclose(turn[:, 1], np.radians(motion["rel_theta_deg"]), atol=1e-6)
-    assert (folder / "motion.trc").read_text(encoding="utf-8").startswith("PathFileType\t4")
+    for ending in ("trc", "c3d"):
+        package = read_positions(folder / f"motion.{ending}").of("package_lower")
+        np.testing.assert_allclose(package[:, 0], motion["package_x_mm"], atol=1e-4)
+        np.testing.assert_allclose(package[:, 1], motion["package_y_mm"], atol=1e-4)
 
 
 def test_overlay_plays_in_a_browser(sip: ConvertResult) -> None:

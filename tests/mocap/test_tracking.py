@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from clips import Clip
 
-from mocap.convert import Measurement, convert, measure
+from mocap.convert import Measurement, convert, given_tracks, measure
 from mocap.follow import follow
 from mocap.link import TrackingError
 from mocap.markers import MarkerFileError, read_markers
@@ -173,6 +173,28 @@ def test_a_clip_corrected_by_hand(tmp_path: Path) -> None:
     again = read_tracks(tmp_path / "second" / "tracks.csv")
     np.testing.assert_allclose(again.position_px, tracks.position_px, atol=1e-4)
     assert again.names == tracks.names
+
+
+def test_tracks_of_another_program_are_taken_over(tmp_path: Path) -> None:
+    video, markers, _ = drawn(SMALL)
+    tracks, _, _ = tracked(SMALL)
+    header = [["scorer"], ["bodyparts"], ["coords"]]
+    for name in ("nose", "package_upper"):
+        header[0] += ["net", "net"]
+        header[1] += [name, name]
+        header[2] += ["x", "y"]
+    rows = [",".join(cells) for cells in header]
+    for i in range(len(tracks.frame)):
+        points = [tracks.of(name)[0][i] for name in ("nose", "package_upper")]
+        rows.append(f"{i}," + ",".join(f"{v:.3f}" for v in np.ravel(points)))
+    path = tmp_path / "net.csv"
+    path.write_text("\n".join(rows) + "\n")
+    found = follow(Video(video), read_markers(markers), given=given_tracks(path))
+    nose = found.names.index("nose")
+    np.testing.assert_allclose(found.position_px[:, nose], tracks.position_px[:, nose], atol=1e-3)
+    assert np.all(found.sigma_px[:, nose] == 0.5)
+    ear = found.names.index("ear")
+    np.testing.assert_allclose(found.position_px[:, ear], tracks.position_px[:, ear], atol=1e-3)
 
 
 def with_text(markers: Path, name: str, old: str, new: str) -> Path:
