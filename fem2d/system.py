@@ -45,7 +45,7 @@ class System:
     contacts
         Contact pairs with rigid outlines.
     ties
-        Elastic ties to bone.
+        Elastic ties to bone, or to the moving body.
     inertia
         What resists acceleration.
     folds
@@ -116,7 +116,7 @@ class System:
         With ``body_moves_to`` the moving body is about to go from ``placement`` there, and the
         forces hold what that motion adds to first order.
         """
-        # Force and tangent together cost little more than force alone, and most trials are accepted.
+        # Force and tangent together cost little more than force alone; most trials are accepted.
         response = self.body.response(displacement)
         if not np.isfinite(response.energy):
             nothing = np.full(displacement.size, np.inf)
@@ -131,19 +131,20 @@ class System:
         folded = self.fold_responses(displacement, before)
         for fold in folded:
             np.add.at(contact_force, fold.dofs, fold.force)
-        tie_force = self.tie_stiffness @ displacement.ravel()
+        pull, _ = self._pull_of_ties(body_moves_to or placement)
+        tie_force = self.tie_stiffness @ displacement.ravel() - pull
         residual = response.force + tie_force - contact_force
         scale = max(float(np.max(np.abs(contact_force))), float(np.max(np.abs(tie_force))))
         residual += self.viscosity @ (displacement - before.displacement).ravel() / duration_s
-        pull = 0.0
+        inertial_pull = 0.0
         if self.inertia.density_tonne_per_mm3 > 0:
-            pull, free = self.inertia.pull(before, duration_s)
-            inertial = pull * (self.mass @ (displacement - free).ravel())
+            inertial_pull, free = self.inertia.pull(before, duration_s)
+            inertial = inertial_pull * (self.mass @ (displacement - free).ravel())
             residual += inertial
             scale = max(scale, float(np.max(np.abs(inertial))))
 
         def matrix(safe: bool) -> sp.csr_matrix:
-            resisting = pull * self.mass.data + self.viscosity.data / duration_s
+            resisting = inertial_pull * self.mass.data + self.viscosity.data / duration_s
             of_body = self.body.response(displacement, projected=True) if safe else response
             return self._tangent(of_body.stiffness + resisting, touching, folded, safe=safe)
 
@@ -157,6 +158,16 @@ class System:
     ) -> sp.csr_matrix:
         """Return the tangent without inertia (2n, 2n), N/mm, at a displacement (n, 2), mm."""
         return self._tangent(self.body.response(displacement).stiffness, touching, folded)
+
+    def _pull_of_ties(self, placement: RigidPlacement) -> tuple[Array, float]:
+        """Return forces (2n,), N, and energy, N mm, that ties to the moving body add."""
+        force, energy = np.zeros(2 * len(self.body.nodes)), 0.0
+        for tie in self.ties:
+            if tie.attached_at is not None:
+                dofs, nodal, stored = tie.pull(placement)
+                np.add.at(force, dofs, nodal)
+                energy += stored
+        return force, energy
 
     def _tangent(
         self,
@@ -183,9 +194,10 @@ class System:
         """Return where the energy is in a committed state."""
         touching = self.contact_responses(state.displacement, state.placement, state)
         u, v = state.displacement.ravel(), state.velocity.ravel()
+        pull, of_anchors = self._pull_of_ties(state.placement)
         return Energies(
             strain=self.body.energy_and_force(state.displacement).energy,
-            tie=0.5 * float(u @ (self.tie_stiffness @ u)),
+            tie=0.5 * float(u @ (self.tie_stiffness @ u)) - float(u @ pull) + of_anchors,
             penalty=sum(t.energy for t in touching)
             + sum(t.energy for t in self.fold_responses(state.displacement, state)),
             kinetic=0.5 * float(v @ (self.mass @ v)),

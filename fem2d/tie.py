@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.surface import Surface
+from geometry2d.rigid import RigidPlacement
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -37,12 +38,16 @@ class ElasticTie:
         Stiffness per area away from the ends, MPa/mm.
     fade_mm
         Arc length over which it rises from zero at each end.
+    attached_at
+        None ties to bone, which stands still. A placement ties to the moving rigid body, which is
+        there when the tie is relaxed: so an elastic neck is held by the package behind it.
     """
 
     name: str
     surface: Surface
     stiffness_mpa_per_mm: float
     fade_mm: float
+    attached_at: RigidPlacement | None = None
     layer: Array = field(init=False, repr=False, compare=False)
     """(m, q) stiffness per area at the Gauss points, MPa/mm."""
 
@@ -66,3 +71,18 @@ class ElasticTie:
         slope = self.layer[:, :, None, None] * np.eye(2)
         edges = np.arange(len(self.surface.edges))
         return self.surface.dofs, self.surface.assembled_stiffness(slope, edges)
+
+    def pull(self, placement: RigidPlacement) -> tuple[Index, Array, float]:
+        """Return what a moving anchor adds: dofs (m, 2k), forces on the tissue, N, and an energy.
+
+        With the anchors displaced by ``a`` the layer stores ``½∫ k |u − a|² dS``, which is
+        ``½ u·K u − u·f + e`` with the constant stiffness ``K`` of `blocks`; this returns ``f`` and
+        ``e``, N mm, when the moving body is at ``placement``.
+        """
+        anchor = np.zeros((*self.layer.shape, 2))
+        if self.attached_at is not None:
+            here = self.surface.positions(np.zeros_like(self.surface.nodes))
+            anchor = placement.apply(self.attached_at.pull_back(here)) - here
+        dofs, force = self.surface.assembled_force(self.layer[:, :, None] * anchor)
+        squared = np.sum(anchor**2, axis=-1)
+        return dofs, force, 0.5 * float(np.sum(self.surface.weight * self.layer * squared))

@@ -9,20 +9,26 @@ from contact_models import (
     LoadedSystem,
     block,
     followed,
+    force_on_tissue,
     graded,
     linear_elastic,
+    path,
     side_pressure,
     still,
     unknowns,
 )
 
 from fem2d.body import Body
+from fem2d.contact import RigidContact
 from fem2d.friction import FrictionLaw, NormalLaw
 from fem2d.inertia import Inertia
 from fem2d.kinematics import Plane
 from fem2d.newton import NewtonSettings
 from fem2d.surface import Surface
+from fem2d.system import System
+from fem2d.tie import ElasticTie
 from fem2d.tissue_contact import TissueContact
+from geometry2d.outline import Outline
 
 
 def joined(lower: Body, upper: Body, materials, element) -> Body:
@@ -253,3 +259,39 @@ def test_shallow_ironing_with_an_elastic_die():
     }.items():
         assert low <= found[time][0] <= high
     assert 0.3 <= found[1.5][1] / found[1.5][0] <= 0.53
+
+
+def test_an_elastic_neck_as_stiff_as_plastic_acts_like_a_rigid_one():
+    # A neck's wall of 1000 MPa, tied to the moving package behind it, on skin of 0.15 MPa.
+    radius, skin_law, neck_law = 4.0, linear_elastic(0.15, 0.45), linear_elastic(1000.0, 0.4)
+    skin = block(np.linspace(-6, 6, 49), np.linspace(-4, 0, 9), skin_law)
+    wall = block(np.linspace(-2.5, 2.5, 22), np.linspace(0, 1, 4), neck_law)
+    shaped = wall.mesh.p.copy()
+    shaped[1] += (1 - shaped[1]) * (radius - np.sqrt(radius**2 - shaped[0] ** 2)) + 0.01
+    wall = Body.of(replace(wall.mesh, doflocs=shaped), neck_law, plane=Plane.STRAIN, element="Q4")
+    motion = path([0, 1, 2], [[0, 0], [0, -0.5], [0.6, -0.5]])
+    normal, friction = NormalLaw(20.0, 1e-4), FrictionLaw(1.0, 5.0)
+
+    def held(body, side, placement=None):
+        return ElasticTie(side, Surface(body.edges(side), body.nodes), 1e3, 0.0, placement)
+
+    top = Surface(skin.edges("top"), skin.nodes, points_per_edge=3)
+    circle = Outline.circle([0, radius + 0.01], radius)
+    pair = RigidContact("rigid", top, circle, normal, friction)
+    rigid = System(skin, (pair,), (held(skin, "bottom"),), Inertia(0.0))
+    expected = force_on_tissue(followed(rigid, motion, increments=20)[-1])
+
+    body = joined(skin, wall, {"lower": skin_law, "upper": neck_law}, "Q4")
+    ties = (held(body, "lower_bottom"), held(body, "upper_top", motion.at(0.0)))
+    elastic = System(
+        body, (), ties, Inertia(0.0), (between(body, normal, friction, points=3, reach=0.3),)
+    )
+    last = followed(elastic, motion, increments=20)[-1]
+    touch = last.folds[0]
+    force = np.zeros(body.nodes.size)
+    np.add.at(force, touch.dofs, touch.force)
+    below = np.unique(body.tables.connectivity[body.elements_of("lower")])
+    found = force.reshape(-1, 2)[below].sum(axis=0)
+    np.testing.assert_allclose(found, expected, rtol=0.02)
+    energies = elastic.energies(last.state)
+    assert 0 < energies.tie < 0.01 * energies.strain
