@@ -44,7 +44,7 @@ def volume_response(row: Array, v: float) -> tuple[float, float, float]:
     """Return U, dU/dJ, d²U/dJ² of the law that ``row`` describes at v = ln J."""
     if row[0] == FIBRES:
         return fibres_volume(row, v)
-    return powers_volume(row, v)
+    return powers_volume(row, math.expm1(v))
 
 
 @compiled
@@ -81,6 +81,26 @@ def section_entries(
             gradient_at(u, connectivity[e], gradients[e, q], values[q], radius[e, q], plane, x)
             if plane == STRESS:
                 x[4] = section_thickness(rows[row_of[e]], x)
+
+
+@compiled
+def section_stresses(
+    entries: Array, rows: Array, row_of: Index, plane: int, energy: Array, stress: Array
+) -> None:
+    """Fill ψ (e, q) and the first Piola–Kirchhoff stress (e, q, 5) at section entries (e, q, 5).
+
+    A point that is not admissible gets an infinite energy.
+    """
+    A, block, scratch = np.zeros((5, 5)), np.empty((3, 3)), np.empty((6, 6))
+    elements, points = energy.shape
+    for e in range(elements):
+        for q in range(points):
+            energy[e, q], _ = section_response(
+                rows[row_of[e]], plane, entries[e, q], 0.0, False, 1, False, stress[e, q], A, block,
+                scratch,
+            )  # fmt: skip
+            if plane == STRESS:
+                stress[e, q, 4] = 0.0
 
 
 @compiled

@@ -22,6 +22,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from fem2d.compiled import compiled
 from fem2d.kinematics import AXISYMMETRIC, NEWTON_LIMIT, STRESS, clamp, next_guess, stretches_of
 from fem2d.materials.material import Array
@@ -35,16 +37,31 @@ def powers_thickness(row: Array, e1: float, e2: float) -> tuple[float, bool]:
     Newton's method from J = 1, so the result depends on e₁ and e₂ alone. The unknown is ln J and
     not ln λ₃, so the pressure keeps its digits however incompressible the material is.
     """
+    terms = int(row[1])
+    powers = np.empty((terms, 3))  # 2μ/α exp(α e_i) at J = 1; J then scales them
+    for k in range(terms):
+        alpha = row[3 + 3 * k]
+        scale = 2.0 * row[2 + 3 * k] / alpha
+        powers[k, 0] = scale * math.exp(alpha * e1)
+        powers[k, 1] = scale * math.exp(alpha * e2)
+        powers[k, 2] = scale * math.exp(-alpha * (e1 + e2))
     v = 0.0
     low, high, previous = -math.inf, math.inf, math.inf
     for _ in range(NEWTON_LIMIT):
-        _, t1, t2, t3, h1, h2, h3 = powers_isochoric(
-            row, e1 - v / 3.0, e2 - v / 3.0, 2.0 * v / 3.0 - e1 - e2
-        )
-        _, first, second = powers_volume(row, v)
-        J = math.exp(v)
-        residual = (2.0 * t3 - t1 - t2) / 3.0 + J * first
-        slope = (4.0 * h3 + h1 + h2) / 9.0 + J * first + J * J * second
+        residual = slope = size = 0.0
+        for k in range(terms):
+            alpha = row[3 + 3 * k]
+            shrink = math.exp(-alpha * v / 3.0)
+            across = powers[k, 2] / (shrink * shrink)
+            inside = (powers[k, 0] + powers[k, 1]) * shrink
+            residual += (2.0 * across - inside) / 3.0
+            slope += alpha * (4.0 * across + inside) / 9.0
+            size += alpha * (across + inside)
+        w = math.expm1(v)
+        J = 1.0 + w
+        _, first, second = powers_volume(row, w)
+        residual += J * first
+        slope += J * first + J * J * second
         if math.isnan(residual):
             return v, False
         if residual > 0.0:
@@ -55,7 +72,7 @@ def powers_thickness(row: Array, e1: float, e2: float) -> tuple[float, bool]:
         slow = not finite or abs(residual) > 0.25 * previous
         previous = abs(residual)
         # A Newton step this small leaves an error of its square: rounding.
-        if finite and slope > 0.0 and abs(residual) <= 1e-9 * (h1 + h2 + h3):
+        if finite and slope > 0.0 and abs(residual) <= 1e-9 * size:
             return v - residual / slope, True
         guess = next_guess(v, residual, slope, slow, low, high)
         if guess == v:
@@ -104,16 +121,17 @@ def powers_section(
         v = e1 + e2 + e3
     third = v / 3.0
     energy, t1, t2, t3, h1, h2, h3 = powers_isochoric(row, e1 - third, e2 - third, e3 - third)
+    w = math.expm1(v)
+    J = 1.0 + w
     first, second = pressure, 0.0
     if not mixed:
-        volumetric, first, second = powers_volume(row, v)
+        volumetric, first, second = powers_volume(row, w)
         energy += volumetric
     if not math.isfinite(energy):
         return math.inf, False
     if order == 0:
         return energy, True
 
-    J = math.exp(v)
     mean = (t1 + t2 + t3) / 3.0 - J * first
     tau1, tau2, tau3 = t1 - mean, t2 - mean, t3 - mean
     if plane == STRESS:

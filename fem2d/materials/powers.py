@@ -45,9 +45,8 @@ def powers_isochoric(
 
 
 @compiled
-def powers_volume(row: Array, v: float) -> tuple[float, float, float]:
-    """Return U, dU/dJ and d²U/dJ² at ``v = ln J``."""
-    w = math.expm1(v)
+def powers_volume(row: Array, w: float) -> tuple[float, float, float]:
+    """Return U, dU/dJ and d²U/dJ² at ``w = J − 1``."""
     energy = first = second = 0.0
     power = 1.0
     for k in range(int(row[1])):
@@ -91,8 +90,9 @@ def powers_points(
         isochoric, t[0], t[1], t[2], h[0], h[1], h[2] = powers_isochoric(
             row, logs[p, 0] - v / 3.0, logs[p, 1] - v / 3.0, logs[p, 2] - v / 3.0
         )
-        volumetric, first, second = powers_volume(row, v)
-        J = math.exp(v)
+        w = math.expm1(v)
+        J = 1.0 + w
+        volumetric, first, second = powers_volume(row, w)
         energy[p] = isochoric + volumetric
         mean_t = (t[0] + t[1] + t[2]) / 3.0
         sum_h = h[0] + h[1] + h[2]
