@@ -17,10 +17,10 @@ import numpy as np
 import skfem
 from numpy.typing import ArrayLike, NDArray
 
-from fem2d.assembly import assemble, section_entries
+from fem2d.assembly import assemble, section_entries, section_stresses
 from fem2d.elements import Element, Tables, element_named
 from fem2d.kinematics import Plane
-from fem2d.materials.material import Material
+from fem2d.materials.material import Material, MaterialError
 from fem2d.sparse import SparsePattern
 
 Array = NDArray[np.float64]
@@ -227,13 +227,21 @@ class Body:
         F[..., 2, 2] = entries[..., 4]
         J = np.linalg.det(F)
         mean_J = np.sum(self.weights * J, axis=1) / np.sum(self.weights, axis=1)
-        cauchy, energy = np.empty_like(F), np.empty_like(J)
-        for number, law in enumerate(self.materials):
-            here = self.material_of == number
-            stress = law.first_piola_kirchhoff(F[here]) @ np.swapaxes(F[here], -1, -2)
-            cauchy[here] = stress / J[here][..., None, None]
-            energy[here] = law.energy(F[here])
-            if self.element.mean_dilatation:
+        piola, energy = np.zeros_like(entries), np.empty_like(J)
+        section_stresses(entries, self._rows, self.material_of, self.plane.value, energy, piola)
+        if not np.all(np.isfinite(energy)):
+            at = np.unravel_index(np.argmax(~np.isfinite(energy)), energy.shape)
+            raise MaterialError(
+                f"J = {J[at]:.4g} at a point of element {at[0]}: ask only for displacements of "
+                "finite energy"
+            )
+        cauchy = np.zeros_like(F)
+        section = piola[..., :4].reshape(*J.shape, 2, 2)
+        cauchy[..., :2, :2] = section @ np.swapaxes(F[..., :2, :2], -1, -2) / J[..., None, None]
+        cauchy[..., 2, 2] = piola[..., 4] * F[..., 2, 2] / J
+        if self.element.mean_dilatation:
+            for number, law in enumerate(self.materials):
+                here = self.material_of == number
                 mean = np.broadcast_to(mean_J[here][:, None], J[here].shape)
                 at_mean, at_point = law.volumetric(mean), law.volumetric(J[here])
                 cauchy[here] += (at_mean[1] - at_point[1])[..., None, None] * np.eye(3)
