@@ -80,7 +80,7 @@ def test_every_marker_is_itself_again_after_a_hand_passed() -> None:
     tracks, _, truths = tracked(clip)
     error = np.hypot(*np.moveaxis(pixel_errors(tracks, truths), -1, 0))
     seen = tracks.status == "seen"
-    assert error[seen].max() < 1.0
+    assert error[seen].max() < 0.5
     hidden = np.array([[t.markers[n].visible < 0.5 for n in tracks.names] for t in truths])
     assert hidden.sum() >= 3 * 12
     assert not np.any(seen & hidden)
