@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 from fem2d.body import Body
 from fem2d.contact import ContactHistory, ContactResponse, RigidContact
 from fem2d.linear import DirectSolver, SingularMatrixError
+from fem2d.newton import Balance, NewtonSettings, NewtonStatus, solve
 from fem2d.pressure import FollowerPressure
 from geometry2d.rigid import RigidPlacement
 
@@ -28,24 +28,14 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 AT_REST = RigidPlacement(0.0, (0.0, 0.0))
-ITERATION_LIMIT = 25
 HALVINGS = 9
 """A step that fails this many times when halved leads nowhere."""
-TOLERANCE = 1e-8
-"""Largest unbalanced nodal force over the largest nodal force that loads the body."""
+ROUNDING_MM = 1e-12
+NEWTON = NewtonSettings(tolerance=1e-8, force_floor_n=1e-9)
 
 
 class StaticsError(ValueError):
     """A static problem was described in a way that makes no sense."""
-
-
-class SettledStatus(Enum):
-    """How the search for one equilibrium ended; the value says it in words."""
-
-    FOUND = "the forces balance"
-    TOO_MANY_ITERATIONS = "the forces did not balance within the allowed iterations"
-    INADMISSIBLE = "the body would be turned inside out"
-    SINGULAR = "the stiffness matrix could not be factorised"
 
 
 class Load(NamedTuple):
@@ -86,7 +76,7 @@ class Settled:
         Linear systems solved.
     """
 
-    status: SettledStatus
+    status: NewtonStatus
     displacement: Array
     load: Load
     contacts: tuple[ContactResponse, ...]
@@ -96,7 +86,7 @@ class Settled:
     @property
     def found(self) -> bool:
         """Whether the forces balance."""
-        return self.status is SettledStatus.FOUND
+        return self.status is NewtonStatus.CONVERGED
 
     @property
     def histories(self) -> tuple[ContactHistory, ...]:
@@ -156,7 +146,7 @@ class StaticSystem:
         load = load or Load()
         histories = tuple(c.initial_history(zero, self._at(c, load)) for c in self.contacts)
         return Settled(
-            SettledStatus.FOUND,
+            NewtonStatus.CONVERGED,
             zero,
             load,
             self._touching(zero, load, histories),
@@ -167,6 +157,38 @@ class StaticSystem:
     def tangent(self, settled: Settled) -> sp.csr_matrix:
         """Return the derivative (2n, 2n) of the unbalanced forces, N/mm, held unknowns as 1."""
         return self._matrix(settled.displacement, settled.load, settled.contacts)
+
+    def balance(
+        self, displacement: Array, load: Load, before: tuple[ContactHistory, ...]
+    ) -> Balance:
+        """Return the unbalanced forces at a displacement (n, 2), mm; none at held unknowns."""
+        residual = self._residual(displacement, load, before)
+        if residual is None:
+            nothing = np.full(displacement.size, np.inf)
+            return Balance(nothing, 0.0, lambda safe: self.body.pattern.matrix(nothing))
+        return Balance(
+            np.where(self.free, residual.forces, 0.0),
+            residual.scale,
+            lambda safe: self._matrix(displacement, load, residual.touching, safe=safe),
+        )
+
+    def predicted(self, before: Settled, load: Load, *, solver: DirectSolver) -> Array:
+        """Return where the body goes to first order when the load becomes ``load``, (n, 2), mm."""
+        here = before.displacement
+        change = (load.pressure_mpa - before.load.pressure_mpa) * self.pressure_force(here)
+        for pair, touch in zip(self.contacts, before.contacts, strict=True):
+            if pair.moving:
+                moved = pair.force_of_moving_body(
+                    here, before.load.placement, load.placement, touch
+                )
+                np.add.at(change, touch.dofs, moved)
+        try:
+            solver.factorise(self.tangent(before))
+        except SingularMatrixError:
+            return here
+        step = solver.solve(np.where(self.free, change, 0.0))
+        there: Array = here + step.reshape(-1, 2)
+        return there if np.isfinite(self.body.energy_and_force(there).energy) else here
 
     def pressure_force(self, displacement: Array) -> Array:
         """Return the nodal forces (2n,) of a pressure of 1 MPa, N/MPa."""
@@ -204,14 +226,19 @@ class StaticSystem:
         return _Residual(rest, float(np.max(np.abs(rest[self.free]))), scale, per_mpa, touching)
 
     def _matrix(
-        self, displacement: Array, load: Load, touching: tuple[ContactResponse, ...]
+        self,
+        displacement: Array,
+        load: Load,
+        touching: tuple[ContactResponse, ...],
+        *,
+        safe: bool = False,
     ) -> sp.csr_matrix:
         pattern = self.body.pattern
-        data = self.body.response(displacement).stiffness
+        data = self.body.response(displacement, projected=safe).stiffness
         for pair, touch in zip(self.contacts, touching, strict=True):
             if touch.edges.size:
-                np.subtract.at(data, pattern.slots(touch.dofs), pair.stiffness(touch))
-        if load.pressure_mpa != 0:
+                np.subtract.at(data, pattern.slots(touch.dofs), pair.stiffness(touch, safe=safe))
+        if load.pressure_mpa != 0 and not safe:
             for pressure in self.pressures:
                 blocks = load.pressure_mpa * pressure.unit_stiffness(displacement)
                 np.subtract.at(data, pattern.slots(pressure.dofs), blocks)
@@ -260,34 +287,47 @@ def settle(
     guess
         (n, 2) where to start, mm; ``before`` if absent.
     """
-    displacement = before.displacement if guess is None else guess
-    status, iterations = SettledStatus.TOO_MANY_ITERATIONS, 0
+    if reach is not None:
+        return _reached(system, before, load, reach, solver)
+    start = system.predicted(before, load, solver=solver) if guess is None else guess
+    result = solve(
+        lambda u: system.balance(u, load, before.histories), start, solver=solver, settings=NEWTON
+    )
+    residual = system._residual(result.displacement, load, before.histories)
+    touching, reaction = before.contacts, before.reaction
+    if residual is not None:
+        touching, reaction = residual.touching, residual.forces
+    return Settled(result.status, result.displacement, load, touching, reaction, result.iterations)
+
+
+def _reached(
+    system: StaticSystem, before: Settled, load: Load, reach: Reach, solver: DirectSolver
+) -> Settled:
+    """Return the equilibrium at which an unknown has a given value, with the pressure it takes."""
+    displacement, iterations = before.displacement, 0
+    status = NewtonStatus.TOO_MANY_ITERATIONS
     residual = system._residual(displacement, load, before.histories)
-    if residual is None:
-        return Settled(
-            SettledStatus.INADMISSIBLE, displacement, load, before.contacts, before.reaction, 0
-        )
-    while iterations < ITERATION_LIMIT:
-        arrived = reach is None or abs(displacement.flat[reach.unknown] - reach.value_mm) < 1e-12
-        if iterations and arrived and residual.largest <= TOLERANCE * residual.scale:
-            status = SettledStatus.FOUND
+    assert residual is not None  # an equilibrium is admissible
+    while iterations < NEWTON.iterations:
+        arrived = abs(displacement.flat[reach.unknown] - reach.value_mm) < ROUNDING_MM
+        if arrived and residual.largest <= NEWTON.tolerance * residual.scale:
+            status = NewtonStatus.CONVERGED
             break
         try:
             solver.factorise(system._matrix(displacement, load, residual.touching))
         except SingularMatrixError:
-            status = SettledStatus.SINGULAR
+            status = NewtonStatus.SINGULAR
             break
         step = -solver.solve(np.where(system.free, residual.forces, 0.0))
-        if reach is not None:
-            by_pressure = solver.solve(np.where(system.free, residual.per_mpa, 0.0))
-            missing = reach.value_mm - displacement.flat[reach.unknown] - step[reach.unknown]
-            pressure = missing / by_pressure[reach.unknown]
-            step += pressure * by_pressure
-            load = load._replace(pressure_mpa=load.pressure_mpa + pressure)
+        by_pressure = solver.solve(np.where(system.free, residual.per_mpa, 0.0))
+        missing = reach.value_mm - displacement.flat[reach.unknown] - step[reach.unknown]
+        pressure = missing / by_pressure[reach.unknown]
+        step += pressure * by_pressure
+        load = load._replace(pressure_mpa=load.pressure_mpa + pressure)
         iterations += 1
         trial = _admissible(system, displacement, step.reshape(-1, 2), load, before.histories)
         if trial is None:
-            status = SettledStatus.INADMISSIBLE
+            status = NewtonStatus.INADMISSIBLE
             break
         displacement, residual = trial
     return Settled(status, displacement, load, residual.touching, residual.forces, iterations)
