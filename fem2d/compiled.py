@@ -19,9 +19,9 @@ def compiled(function: Function) -> Function:
     Division follows numpy (no exception on zero), and no reordering of floating-point operations
     is allowed, so that the same input gives the same bits.
     """
-    if numba.config.DISABLE_JIT:  # for a debugger
-        return function
     dispatcher: Any = numba.njit(cache=True, fastmath=False, error_model="numpy")(function)
+    if dispatcher is function:  # NUMBA_DISABLE_JIT, for a debugger
+        return function
     # Numba recompiles a kernel when its own file changes, but not when a kernel it calls in
     # another file does: tie what is on disk to all files with kernels.
     stored = dispatcher._cache._cache_file
