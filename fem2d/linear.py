@@ -63,12 +63,19 @@ class Pardiso:
     name = "pardiso"
     _STRUCTURALLY_SYMMETRIC = 1
     _ANALYSE, _FACTORISE, _SOLVE, _FREE = 11, 22, 33, -1
+    # 1: the values here, no others; 2: nested dissection; 8: refine a solution only if a pivot was
+    # perturbed (by default always, which doubles the time of a solve); 10: perturb tiny pivots to
+    # 1e-13. Scaling and matching (11, 13) stay off: they make the analysis depend on the first
+    # matrix, and then a resumed run on where it was resumed.
+    _PARAMETERS = ((1, 1), (2, 2), (8, 0), (10, 13))
 
     def __init__(self) -> None:
         from pypardiso import PyPardisoSolver
 
         self._library = PyPardisoSolver(mtype=self._STRUCTURALLY_SYMMETRIC)
         self._library.libmkl.MKL_Set_Num_Threads(1)
+        for number, value in self._PARAMETERS:
+            self._library.set_iparm(number, value)
         self._matrix: sp.csr_matrix | None = None
 
     def factorise(self, matrix: sp.csr_matrix) -> None:
