@@ -17,8 +17,8 @@ Function = TypeVar("Function", bound=Callable[..., object])
 SHARPNESS, CONTRAST, LEVEL, SLOPE_X, SLOPE_Y, INNER = 5, 6, 7, 8, 9, 10
 PARAMETERS = 11
 ITERATIONS = 40
-# Steps of the centre below this (px) end the iteration: a tenth of what is ever claimed.
-CENTRE_TOLERANCE = 2e-4
+# A step of the centre below this (px) is the last: steps shrink at least tenfold towards the end.
+CENTRE_TOLERANCE = 1e-3
 # Pixels over which the noise that compression leaves is correlated.
 LAGS = 4
 
@@ -134,7 +134,7 @@ def fit_disc(
     trial_right = np.zeros(11)
     trial_residual = np.zeros(pixels.shape)
     cost = _normal_equations(pixels, p, centre, reach, ring, normal, right, residual)
-    damping = 1e-3
+    damping = 1e-4
     for _ in range(ITERATIONS):
         matrix = normal[:count, :count].copy()
         for i in range(count):
@@ -161,7 +161,7 @@ def fit_disc(
             right, trial_right = trial_right, right
             residual, trial_residual = trial_residual, residual
             damping = max(damping * 0.1, 1e-9)
-            if moved < CENTRE_TOLERANCE and gain <= 1e-3 * cost + 1e-9:
+            if moved < CENTRE_TOLERANCE and gain <= 1e-2 * cost + 1e-9:
                 return p, residual, normal, True
         else:
             damping *= 8.0
