@@ -7,13 +7,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from fem2d.compiled import compiled
 from fem2d.kinematics import AXISYMMETRIC, STRESS, stretches_of
 from fem2d.materials.fibres import FIBRES, fibres_volume
 from fem2d.materials.material import Array
 from fem2d.materials.powers import powers_volume
 from fem2d.section_fibres import fibres_section, fibres_thickness
 from fem2d.section_powers import powers_section, powers_thickness
+from geometry2d.compiled import compiled
 
 Index = NDArray[np.int64]
 Index32 = NDArray[np.int32]

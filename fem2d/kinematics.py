@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 from enum import Enum
 
-from fem2d.compiled import compiled
 from fem2d.materials.material import Array
+from geometry2d.compiled import compiled
 
 STRESS, STRAIN, AXISYMMETRIC = 0, 1, 2
 NEWTON_LIMIT = 80

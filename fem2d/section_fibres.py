@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from fem2d.compiled import compiled
 from fem2d.kinematics import AXISYMMETRIC, NEWTON_LIMIT, STRESS, clamp, next_guess
 from fem2d.materials.fibres import (
     FIRST_FAMILY,
@@ -14,6 +13,7 @@ from fem2d.materials.fibres import (
     quadratic_form,
 )
 from fem2d.materials.material import Array
+from geometry2d.compiled import compiled
 
 
 @compiled

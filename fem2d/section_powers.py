@@ -24,10 +24,10 @@ import math
 
 import numpy as np
 
-from fem2d.compiled import compiled
 from fem2d.kinematics import AXISYMMETRIC, NEWTON_LIMIT, STRESS, clamp, next_guess, stretches_of
 from fem2d.materials.material import Array
 from fem2d.materials.powers import powers_gap, powers_isochoric, powers_volume
+from geometry2d.compiled import compiled
 
 
 @compiled

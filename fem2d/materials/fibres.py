@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import math
 
-from fem2d.compiled import compiled
 from fem2d.materials.material import Array
+from geometry2d.compiled import compiled
 
 FIBRES = 1.0
 FIRST_FAMILY = 6

@@ -15,8 +15,8 @@ import math
 
 import numpy as np
 
-from fem2d.compiled import compiled
 from fem2d.materials.material import Array
+from geometry2d.compiled import compiled
 
 POWERS = 0.0
 
