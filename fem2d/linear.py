@@ -8,7 +8,8 @@ of SuperLU's time (benchmarks/linear.py), installs from a wheel and is chosen wh
 from __future__ import annotations
 
 import sys
-from typing import Protocol
+from functools import cache
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -135,12 +136,10 @@ def negative_pivots(symmetric: sp.csr_matrix) -> int:
 
 
 def _negative_pivots_pardiso(symmetric: sp.csr_matrix) -> int:
-    from pypardiso import PyPardisoSolver
+    library = _symmetric_pardiso()
     from pypardiso.pardiso_wrapper import PyPardisoError
 
-    symmetric_indefinite, analyse_and_factorise, release = -2, 12, -1
-    library = PyPardisoSolver(mtype=symmetric_indefinite)
-    library.libmkl.MKL_Set_Num_Threads(1)
+    analyse_and_factorise, release = 12, -1
     upper = sp.triu(symmetric, format="csr")
     nothing = np.zeros(upper.shape[0])
     library.set_phase(analyse_and_factorise)
@@ -152,6 +151,17 @@ def _negative_pivots_pardiso(symmetric: sp.csr_matrix) -> int:
     library.set_phase(release)
     library._call_pardiso(upper, nothing)
     return negative
+
+
+@cache
+def _symmetric_pardiso() -> Any:
+    # Made once: looking for the library takes the wrapper half a second.
+    from pypardiso import PyPardisoSolver
+
+    symmetric_indefinite = -2
+    library = PyPardisoSolver(mtype=symmetric_indefinite)
+    library.libmkl.MKL_Set_Num_Threads(1)
+    return library
 
 
 def _negative_pivots_superlu(symmetric: sp.csr_matrix) -> int:
