@@ -18,8 +18,11 @@ from pathlib import Path
 from typing import Any, NoReturn, cast
 
 from mocap.convert import ConvertOptions
+from scenarios.aspiration import AspirationOptions
+from scenarios.calibration import CalibrationOptions
 from scenarios.element import ElementOptions
 from scenarios.output import directory_at_once
+from scenarios.press import PressOptions
 from scenarios.progress import Progress, progress_line
 from scenarios.settings import Table, about, split_override, table_from
 from scenarios.solution import ELEMENT_FIELDS
@@ -125,6 +128,60 @@ def _element(options: argparse.Namespace) -> int:
         result = element_study(options.material, options.out, _settings(ElementOptions, options))
     pictures = ", ".join(sorted(path.name for path in result.folder.glob("*.png")))
     print("\n".join([f"{result.folder}: {pictures}, and the curves as CSV", *result.sentences]))
+    return 0
+
+
+def _aspirate(options: argparse.Namespace) -> int:
+    from scenarios.aspiration import aspiration_study, thesis_comparison
+
+    chosen = _settings(AspirationOptions, options)
+    with progress_line("aspirate") as progress:
+        if options.thesis:
+            result = thesis_comparison(options.out, chosen, progress=progress)
+            files = "aspiration-*.csv, high-*.csv, comparison.png"
+        elif options.configuration is None:
+            return _complain("no CONFIG given: name one, or compare the thesis' with --thesis")
+        else:
+            result = aspiration_study(options.configuration, options.out, chosen, progress=progress)
+            files = "aspiration.csv, aspiration.png, field.png"
+    print("\n".join([f"{result.folder}: {files}", *result.sentences]))
+    return 0 if result.complete else _complain(result.sentences[-1], NOT_FINISHED)
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    from scenarios.calibration import CalibrationStopped, calibration_study
+
+    chosen = _settings(CalibrationOptions, options)
+    with progress_line("calibrate") as progress:
+        try:
+            result = calibration_study(
+                options.configuration, options.target, options.out, chosen, progress=progress
+            )
+        except CalibrationStopped as stopped:
+            return _complain(f"{stopped}; what was computed is kept", NOT_FINISHED)
+    print("\n".join([f"{result.folder}: calibration.json, calibration.png", *result.sentences]))
+    return 0 if result.converged else _complain(result.sentences[0], NOT_FINISHED)
+
+
+def _sensitivity(options: argparse.Namespace) -> int:
+    from scenarios.sensitivity import sensitivity_study
+
+    chosen = _settings(AspirationOptions, options)
+    with progress_line(f"sensitivity to {options.of}") as progress:
+        result = sensitivity_study(
+            options.configuration, options.of, options.out, chosen, progress=progress
+        )
+    print("\n".join([f"{result.folder}:", *result.sentences]))
+    return 0
+
+
+def _press(options: argparse.Namespace) -> int:
+    from scenarios.press import press_study
+
+    chosen = _settings(PressOptions, options)
+    with progress_line("press") as progress:
+        result = press_study(options.configuration, options.out, chosen, progress=progress)
+    print("\n".join([f"{result.folder}: press.json, press.png", *result.sentences]))
     return 0
 
 
@@ -321,6 +378,59 @@ def _parser() -> argparse.ArgumentParser:
         "--thesis", action="store_true", help="redo the thesis' Figures 3.7 to 3.9 instead"
     )
 
+    aspirate = command(
+        "aspirate",
+        _aspirate,
+        "suck at layered tissue with a cup, as in the thesis' section 3.1.2",
+        "drinksim aspirate L2-Ogden --out aspiration",
+    )
+    _add_configuration(aspirate, optional=True)
+    _add_out(aspirate)
+    _add_settings(aspirate, AspirationOptions)
+    aspirate.add_argument(
+        "--thesis", action="store_true", help="compare the thesis' four, also at high suction"
+    )
+
+    calibrate = command(
+        "calibrate",
+        _calibrate,
+        "fit a configuration to a suction curve",
+        "drinksim calibrate L2-Ogden --target aspiration/aspiration.csv --out fit",
+    )
+    _add_configuration(calibrate)
+    calibrate.add_argument(
+        "--target",
+        metavar="FILE",
+        type=Path,
+        required=True,
+        help="CSV file with columns pressure_kpa and apex_mm",
+    )
+    _add_out(calibrate)
+    _add_settings(calibrate, CalibrationOptions)
+
+    sensitivity = command(
+        "sensitivity",
+        _sensitivity,
+        "vary layers, parameters or mesh of the suction test",
+        "drinksim sensitivity L2-Ogden --of thickness --out thickness",
+    )
+    _add_configuration(sensitivity)
+    sensitivity.add_argument(
+        "--of", choices=("thickness", "parameters", "mesh"), required=True, help="what is varied"
+    )
+    _add_out(sensitivity)
+    _add_settings(sensitivity, AspirationOptions)
+
+    press = command(
+        "press",
+        _press,
+        "press a threaded neck into a lip, as in the thesis' section 3.1.3",
+        "drinksim press L2-Ogden --force 0.3 --neck A38 --out press",
+    )
+    _add_configuration(press)
+    _add_out(press)
+    _add_settings(press, PressOptions)
+
     animate = command(
         "animate",
         _animate,
@@ -362,6 +472,15 @@ def _settings(table: type[Table], options: argparse.Namespace) -> Table:
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     values = {name: split_override(f"{name}={text}")[1] for name, text in given.items()}
     return table_from(table, values, where="")
+
+
+def _add_configuration(parser: argparse.ArgumentParser, *, optional: bool = False) -> None:
+    parser.add_argument(
+        "configuration",
+        metavar="CONFIG",
+        nargs="?" if optional else None,
+        help="L1, L2-GOH, L2-Ogden, L3, or a TOML file with one table a layer",
+    )
 
 
 def _add_out(parser: argparse.ArgumentParser) -> None:

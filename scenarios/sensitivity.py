@@ -28,6 +28,7 @@ from scenarios.aspiration import (
 from scenarios.calibration import layers_with, parameters_of
 from scenarios.output import directory_at_once
 from scenarios.progress import Progress
+from scenarios.settings import table_from
 
 Array = NDArray[np.float64]
 
@@ -140,6 +141,11 @@ def _materials(cards: Mapping[str, MaterialCard]) -> dict[str, Material]:
     return {name: card.material for name, card in cards.items()}
 
 
+def _changed(options: AspirationOptions, values: Mapping[str, object]) -> AspirationOptions:
+    """Return the options with some values changed, checked like those of the command line."""
+    return table_from(AspirationOptions, values, where="", base=options)
+
+
 def _thickness(
     cards: Mapping[str, MaterialCard],
     options: AspirationOptions,
@@ -157,10 +163,10 @@ def _thickness(
         for layer in layers
         for word, thickness in zip(("thin", "thick"), THICKNESS_MM[layer][::2], strict=True)
     ]
-    found = []
+    found: list[Variation] = []
     for layer, word, thickness in cases:
         progress(len(found) / len(cases), f"{word} {layer}")
-        changed = dataclasses.replace(options, **{f"{layer}_mm": thickness})
+        changed = _changed(options, {f"{layer}_mm": thickness})
         curve = aspirated(_materials(cards), changed)
         effect = standard.difference(curve)
         found.append(Variation(f"{word} {layer}, {thickness:g} mm", layer, curve, effect))
@@ -174,7 +180,7 @@ def _parameters(
     progress: Progress,
 ) -> list[Variation]:
     parameters = parameters_of(cards)
-    found = []
+    found: list[Variation] = []
     for parameter in parameters:
         written = cards[parameter.layer].parameters[parameter.key]
         value = float(written[0] if isinstance(written, list) else written)
@@ -278,14 +284,15 @@ def _mesh_study(
     options: AspirationOptions,
     progress: Progress,
 ) -> tuple[str, ...]:
-    reference = dataclasses.replace(options, element=REFERENCE_ELEMENT, edge_mm=REFERENCE_EDGE_MM)
+    finest = {"element": REFERENCE_ELEMENT, "edge_mm": REFERENCE_EDGE_MM}
+    reference = _changed(options, finest)
     progress(0.0, "reference")
     exact = aspirated(_materials(cards), reference)
     rows: list[MeshRow] = []
     cases = [(element, edge) for element in MESH_ELEMENTS for edge in MESH_EDGES_MM]
     for element, edge in cases:
         progress((1 + len(rows)) / (1 + len(cases)), f"{element}, {edge:g} mm")
-        changed = dataclasses.replace(options, element=element, edge_mm=edge)
+        changed = _changed(options, {"element": element, "edge_mm": edge})
         started = time.process_time()
         curve = aspirated(_materials(cards), changed)
         seconds = time.process_time() - started
