@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import TypeAlias, TypeVar, cast
+from typing import TypeAlias
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.compiled import compiled
+
 Array: TypeAlias = NDArray[np.float64]
-Function = TypeVar("Function", bound=Callable[..., object])
 
 # Positions in the vector of parameters: centre 0-1, G 2-4, then
 SHARPNESS, CONTRAST, LEVEL, SLOPE_X, SLOPE_Y, INNER = 5, 6, 7, 8, 9, 10
@@ -21,11 +20,6 @@ ITERATIONS = 40
 CENTRE_TOLERANCE = 1e-3
 # Pixels over which the noise that compression leaves is correlated.
 LAGS = 4
-
-
-def compiled(function: Function) -> Function:
-    """Compile a kernel once, keeping it on disk; no reordering of operations."""
-    return cast(Function, numba.njit(cache=True, fastmath=False, error_model="numpy")(function))
 
 
 @compiled

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cholesky_banded
 
-from mocap.fitting import compiled
+from geometry2d.compiled import compiled
 
 Array: TypeAlias = NDArray[np.float64]
 

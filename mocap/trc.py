@@ -35,7 +35,8 @@ def read_trc(path: Path | str, *, partial: bool = False) -> MarkerTable:
         If its header is none, a row is short or holds no number, or rows are missing or doubled.
     """
     file = Path(path)
-    lines = text_of(file).lstrip("\ufeff").splitlines()
+    text = text_of(file)
+    lines = text.lstrip("\ufeff").splitlines()
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
         raise ExchangeError(
             f"{file}: is no TRC file, or was cut short in its header (first line 'PathFileType')"
@@ -59,6 +60,8 @@ def read_trc(path: Path | str, *, partial: bool = False) -> MarkerTable:
             f"{file}: announces {declared} frames and holds {len(rows)}: it was cut short, or rows "
             "are missing or doubled"
         )
+    if rows and not text.endswith(("\n", "\r")) and len(rows[-1][1]) < 2 + 3 * count:
+        raise ExchangeError(f"{file}: was cut short in its last row")
     table = np.array([_numbers(file, number, cells, 2 + 3 * count) for number, cells in rows])
     table = table.reshape(len(rows), 2 + 3 * count)
     positions = table[:, 2:].reshape(len(rows), count, 3)
