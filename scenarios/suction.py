@@ -97,16 +97,16 @@ class SuctionOptions:
     )  # fmt: skip
 
     def __post_init__(self) -> None:
+        if self.aperture_radius_mm + self.rim_fillet_mm >= self.slab_radius_mm:
+            raise SuctionError(
+                f"an aperture of radius {self.aperture_radius_mm:g} mm and its rim do not fit on a "
+                f"slab of radius {self.slab_radius_mm:g} mm: make slab_radius_mm larger"
+            )
         if self.aperture_radius_mm + 2 * self.rim_fillet_mm > self.cup_radius_mm:
             raise SuctionError(
                 f"a cup of radius {self.cup_radius_mm:g} mm has no room for an aperture of radius "
                 f"{self.aperture_radius_mm:g} mm and two fillets of {self.rim_fillet_mm:g} mm: "
                 "make cup_radius_mm larger"
-            )
-        if self.aperture_radius_mm + self.rim_fillet_mm >= self.slab_radius_mm:
-            raise SuctionError(
-                f"an aperture of radius {self.aperture_radius_mm:g} mm and its rim do not fit on a "
-                f"slab of radius {self.slab_radius_mm:g} mm: make slab_radius_mm larger"
             )
 
     @property
