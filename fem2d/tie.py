@@ -41,6 +41,8 @@ class ElasticTie:
     attached_at
         None ties to bone, which stands still. A placement ties to the moving rigid body, which is
         there when the tie is relaxed: so an elastic neck is held by the package behind it.
+    only_along
+        Unit vector of the only direction that is held, as by a row of rollers; None holds both.
     """
 
     name: str
@@ -48,6 +50,7 @@ class ElasticTie:
     stiffness_mpa_per_mm: float
     fade_mm: float
     attached_at: RigidPlacement | None = None
+    only_along: tuple[float, float] | None = None
     layer: Array = field(init=False, repr=False, compare=False)
     """(m, q) stiffness per area at the Gauss points, MPa/mm."""
 
@@ -68,9 +71,16 @@ class ElasticTie:
 
     def blocks(self) -> tuple[Index, Array]:
         """Return degrees of freedom (m, 2k) and constant stiffness blocks (m, 2k, 2k), N/mm."""
-        slope = self.layer[:, :, None, None] * np.eye(2)
+        slope = self.layer[:, :, None, None] * self._held
         edges = np.arange(len(self.surface.edges))
         return self.surface.dofs, self.surface.assembled_stiffness(slope, edges)
+
+    @property
+    def _held(self) -> Array:
+        """(2, 2) projection on the directions that are held."""
+        along = self.only_along
+        held: Array = np.eye(2) if along is None else np.outer(along, along)
+        return held
 
     def pull(self, placement: RigidPlacement) -> tuple[Index, Array, float]:
         """Return what a moving anchor adds: dofs (m, 2k), forces on the tissue, N, and an energy.
@@ -82,7 +92,7 @@ class ElasticTie:
         anchor = np.zeros((*self.layer.shape, 2))
         if self.attached_at is not None:
             here = self.surface.positions(np.zeros_like(self.surface.nodes))
-            anchor = placement.apply(self.attached_at.pull_back(here)) - here
+            anchor = (placement.apply(self.attached_at.pull_back(here)) - here) @ self._held
         dofs, force = self.surface.assembled_force(self.layer[:, :, None] * anchor)
         squared = np.sum(anchor**2, axis=-1)
         return dofs, force, 0.5 * float(np.sum(self.surface.weight * self.layer * squared))

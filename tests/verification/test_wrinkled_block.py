@@ -1,0 +1,150 @@
+"""Skin on its bulk, compressed: it wrinkles where linear stability says, and folds do not overlap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import skfem
+
+from fem2d.body import Body
+from fem2d.contact import RigidContact
+from fem2d.friction import FrictionLaw, NormalLaw
+from fem2d.inertia import Inertia
+from fem2d.instability import Instability, softest_mode
+from fem2d.kinematics import Plane
+from fem2d.linear import fastest_solver
+from fem2d.march import Commit, MarchResult, MarchStatus, StepSettings, march
+from fem2d.materials.library import configuration
+from fem2d.stability import Layer, wrinkling
+from fem2d.surface import Surface
+from fem2d.system import System
+from fem2d.tie import ElasticTie
+from fem2d.tissue_contact import TissueContact
+from geometry2d.outline import Outline
+from geometry2d.rigid import RigidMotion
+
+pytestmark = pytest.mark.slow
+
+WIDTH, HEIGHT, DERMIS = 40.0, 12.0, 1.2
+SHORTENING = 0.3
+
+
+@dataclass(frozen=True)
+class Path:
+    """What was seen on the way: strain and state of the first instability, and the end."""
+
+    strain: float
+    instability: Instability
+    waves: int
+    result: MarchResult
+    least_gap: float
+    least_volume_ratio: float
+
+
+def block() -> Body:
+    y = np.concatenate(
+        [np.linspace(0, HEIGHT - DERMIS, 10), np.linspace(HEIGHT - DERMIS, HEIGHT, 4)[1:]]
+    )
+    mesh = skfem.MeshTri.init_tensor(np.linspace(0, WIDTH, 61), y)
+    mesh = mesh.with_boundaries(
+        {
+            "top": lambda x: np.isclose(x[1], HEIGHT),
+            "bottom": lambda x: np.isclose(x[1], 0),
+            "left": lambda x: np.isclose(x[0], 0),
+            "right": lambda x: np.isclose(x[0], WIDTH),
+        }
+    ).with_subdomains(
+        {"dermis": lambda x: x[1] > HEIGHT - DERMIS, "bulk": lambda x: x[1] < HEIGHT - DERMIS}
+    )
+    return Body.of(mesh, configuration("L2-Ogden"), plane=Plane.STRESS)
+
+
+def squeezed(body: Body, motion: RigidMotion) -> System:
+    """Rollers below and at both sides, the right ones moving; walls stand for mirror images."""
+    surface = {
+        name: Surface(body.edges(name), body.nodes) for name in ("top", "bottom", "left", "right")
+    }
+    normal, smooth = NormalLaw(), FrictionLaw(0.0)
+    rollers = (
+        ElasticTie("below", surface["bottom"], 5.0, 0.0, only_along=(0.0, 1.0)),
+        ElasticTie("left", surface["left"], 5.0, 0.0, only_along=(1.0, 0.0)),
+        ElasticTie("right", surface["right"], 5.0, 0.0, motion.at(0.0), only_along=(1.0, 0.0)),
+    )
+    left = Outline.from_corners([[-5, -20], [0, -20], [0, 40], [-5, 40]], 0.0)
+    walls = (
+        RigidContact("left wall", surface["top"], left, normal, smooth, moving=False),
+        RigidContact("right wall", surface["top"], left.moved(0, (WIDTH + 5, 0)), normal, smooth),
+    )
+    fold = TissueContact(
+        "fold",
+        (surface["top"],),
+        normal,
+        FrictionLaw(0.3),
+        reach_mm=0.5,
+        itself=True,
+        neighbourhood_mm=2.0,
+    )
+    return System(body, walls, rollers, Inertia(1e-9, 0.0, 0.02), (fold,))
+
+
+@pytest.fixture(scope="module")
+def path() -> Path:
+    body = block()
+    times = np.linspace(0, 30, 61)
+    motion = RigidMotion(
+        times, 0 * times, np.column_stack([-SHORTENING * WIDTH * times / 30, 0 * times])
+    )
+    system = squeezed(body, motion)
+    top = np.unique(body.edges("top"))
+    top = top[np.argsort(body.nodes[top, 0])]
+    seen: list[tuple[float, Instability, int]] = []
+    gaps, ratios = [0.0], [1.0]
+
+    def watch(commit: Commit) -> None:
+        displacement = commit.state.displacement
+        if commit.instability is not None and not seen:
+            tangent = system.static_tangent(displacement, commit.contacts, commit.folds)
+            mode = softest_mode((0.5 * (tangent + tangent.T)).tocsr()).reshape(-1, 2)
+            spectrum = np.abs(np.fft.rfft(np.concatenate([mode[top, 1], mode[top[::-1], 1]])))
+            # Mirrored once, half waves of the block are whole waves of the spectrum.
+            seen.append(
+                (
+                    -commit.state.placement.shift_mm[0] / WIDTH,
+                    commit.instability,
+                    int(np.argmax(spectrum[1:])) + 1,
+                )
+            )
+        gaps.extend(float(fold.points.gap.min()) for fold in commit.folds if fold.points.gap.size)
+        ratios.append(float(np.linalg.det(body.fields(displacement).deformation_gradient).min()))
+
+    result = march(
+        system,
+        motion,
+        system.state_at_rest(0.0, motion.at(0.0), next_step_s=0.1),
+        solver=fastest_solver(),
+        steps=StepSettings(longest_s=1.0, travel_mm=0.2, watch_stability=True),
+        on_commit=watch,
+    )
+    return Path(*seen[0], result, min(gaps), min(ratios))
+
+
+def test_onset_and_wavelength_are_those_of_linear_stability(path: Path):
+    laws = configuration("L2-Ogden")
+    expected = wrinkling(
+        [Layer(laws["dermis"], DERMIS), Layer(laws["bulk"], HEIGHT - DERMIS)], plane=Plane.STRESS
+    )
+    assert path.strain == pytest.approx(expected.strain, rel=0.10)
+    assert 2 * WIDTH / path.waves == pytest.approx(expected.wavelength_mm, rel=0.10)
+
+
+def test_the_surface_is_named_as_the_place(path: Path):
+    assert path.instability.modes >= 1
+    assert path.instability.place_mm[1] > HEIGHT
+
+
+def test_compression_is_followed_to_thirty_percent_without_overlap(path: Path):
+    assert path.result.status is MarchStatus.FINISHED
+    assert path.least_gap > -0.01
+    assert path.least_volume_ratio > 0.3
