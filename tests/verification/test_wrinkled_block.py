@@ -1,4 +1,4 @@
-"""Skin on its bulk, compressed: it wrinkles where linear stability says, and folds do not overlap."""
+"""Skin on its bulk, compressed: wrinkles where linear stability says; folds do not overlap."""
 
 from __future__ import annotations
 
