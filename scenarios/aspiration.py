@@ -91,7 +91,7 @@ class Aspiration:
     suction_kpa, apex_mm, min_log_strain, max_log_strain
         (k,) the curve from rest on; strains are the extremes in the dermis.
     max_mises_kpa
-        (k,) largest von Mises stress of an element (mean of its points) under the suction.
+        (k,) largest von Mises stress in the dermis under the aperture.
     softest
         (k,) eigenvalue of the tangent nearest to zero, N/mm.
     last
@@ -162,7 +162,7 @@ def suction_of(settled: Settled) -> float:
 def _row(model: SuctionModel, settled: Settled) -> tuple[float, ...]:
     fields = model.system.body.fields(settled.displacement)
     strain = fields.log_strain[model.upper]
-    mises = np.average(fields.von_mises, axis=1, weights=fields.volume)[model.sucked]
+    mises = fields.von_mises[model.sucked]
     return (
         suction_of(settled) + 0.0,
         model.apex_mm(settled),

@@ -366,6 +366,8 @@ class Fit:
         Curve and gradient there.
     identifiability
         How well the target constrains them.
+    error_off_limits
+        Relative standard errors of the other parameters if those on limits are taken as known.
     solves
         Suction tests computed.
     converged
@@ -380,6 +382,7 @@ class Fit:
     at_limit: dict[str, str]
     evaluation: Evaluation
     identifiability: Identifiability
+    error_off_limits: dict[str, float]
     solves: int
     converged: bool
     history: Array
@@ -439,10 +442,22 @@ def fitted(
         at_limit,
         best,
         identifiability(best, apex_mm, options.confidence),
+        _error_off_limits(best, apex_mm, parameters, at_limit),
         len(seen),
         found.status > 0,
         np.array(explained),
     )
+
+
+def _error_off_limits(
+    best: Evaluation, apex_mm: Array, parameters: Sequence[Parameter], at_limit: Mapping[str, str]
+) -> dict[str, float]:
+    freed = [k for k, p in enumerate(parameters) if p.name not in at_limit]
+    if not freed:
+        return {}
+    rest = Evaluation(best.logarithms[freed], best.apex_mm, best.gradient[:, freed])
+    error = identifiability(rest, apex_mm, 0.95).relative_error
+    return {parameters[k].name: float(e) for k, e in zip(freed, error, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -518,7 +533,7 @@ def calibration_study(
     fit = fitted(remembered, parameters, target.apex_mm, chosen, progress=progress)
     written = np.array([_number(cards[p.layer].parameters[p.key]) for p in parameters])
     at_written = curve.at(np.log(written)).apex_mm
-    range_mm = float(np.ptp(target.apex_mm))
+    range_mm = float(np.max(target.apex_mm))
     written_rms = float(np.sqrt(np.mean((at_written - target.apex_mm) ** 2))) / range_mm
     sentences = _said(fit, written_rms)
     (folder / "calibration.json").write_text(
@@ -593,6 +608,7 @@ def _table(fit: Fit, written: Array, written_rms: float) -> dict[str, Any]:
                 zip(names, known.sensitivity_mm.tolist(), strict=True)
             ),
             "relative_standard_error": dict(zip(names, known.relative_error.tolist(), strict=True)),
+            "relative_standard_error_with_limits_held": fit.error_off_limits,
             "confidence_interval": {
                 name: [_finite(low), _finite(high)]
                 for name, (low, high) in zip(names, known.interval.tolist(), strict=True)

@@ -210,13 +210,13 @@ class SuctionModel:
     upper
         Elements of the dermis (or of as deep a layer where there is none).
     sucked
-        Elements under the surface inside the aperture.
+        (e, q) which integration points lie in that layer under the aperture.
     """
 
     system: StaticSystem
     apex: int
     upper: NDArray[np.int64]
-    sucked: NDArray[np.int64]
+    sucked: NDArray[np.bool_]
 
     @classmethod
     def of(cls, layers: Mapping[str, Material], options: SuctionOptions) -> SuctionModel:
@@ -244,13 +244,14 @@ class SuctionModel:
         sealed_from = options.aperture_radius_mm + options.rim_fillet_mm
         exposure = Exposure(options.cup, sealed_from, options.clearance_mm)
         on_axis = np.flatnonzero(np.all(np.abs(body.nodes) < 1e-9, axis=1))
-        middle = mesh.p[:, mesh.t].mean(axis=1)
-        at_surface = np.any(np.abs(mesh.p[1, mesh.t]) < 1e-9, axis=0)
+        sucked = np.zeros(body.weights.shape, bool)
+        sucked[body.elements_of("dermis")] = True
+        sucked &= body.tables.points[..., 0] < options.aperture_radius_mm
         return cls(
             StaticSystem(body, held, (contact,), (FollowerPressure(surface, exposure),)),
             int(on_axis[0]),
             body.elements_of("dermis"),
-            np.flatnonzero(at_surface & (middle[0] < options.aperture_radius_mm)),
+            sucked,
         )
 
     def with_materials(self, layers: Mapping[str, Material]) -> SuctionModel:
