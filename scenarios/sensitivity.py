@@ -314,20 +314,13 @@ def _mesh_study(
     header = [field.name for field in dataclasses.fields(MeshRow)]
     write_table(folder / "mesh.csv", header, [dataclasses.astuple(row) for row in rows])
     _plot_mesh(folder / "mesh.png", configuration, rows)
-    good = [
-        row
-        for row in rows
-        if row.displacement_error <= DISPLACEMENT_ERROR and row.stress_error <= STRESS_ERROR
-    ]
     sentences = [
         f"reference: {REFERENCE_ELEMENT}, {REFERENCE_EDGE_MM:g} mm, apex {exact.apex_mm[-1]:.4f} "
         f"mm, von Mises {exact.max_mises_kpa[-1]:.3f} kPa"
     ]
     for element in MESH_ELEMENTS:
-        mine = [row for row in rows if row.element == element]
-        first = [row for row in mine if row in good]
-        if first:
-            row = max(first, key=lambda r: r.edge_mm)
+        row = _coarsest_good([row for row in rows if row.element == element])
+        if row is not None:
             sentences.append(
                 f"{element} is within {100 * DISPLACEMENT_ERROR:g} % in displacement and "
                 f"{100 * STRESS_ERROR:g} % in stress with {row.elements} elements of "
@@ -336,6 +329,16 @@ def _mesh_study(
         else:
             sentences.append(f"{element} is not within the limits on any of these meshes")
     return tuple(sentences)
+
+
+def _coarsest_good(rows: Sequence[MeshRow]) -> MeshRow | None:
+    """Return the coarsest mesh that, like all finer ones, is within the limits; None if none is."""
+    found = None
+    for row in sorted(rows, key=lambda r: r.edge_mm):
+        if row.displacement_error > DISPLACEMENT_ERROR or row.stress_error > STRESS_ERROR:
+            break
+        found = row
+    return found
 
 
 def _plot_mesh(path: Path, configuration: str, rows: Sequence[MeshRow]) -> None:
