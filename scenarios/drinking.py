@@ -24,7 +24,7 @@ from fem2d.kinematics import Plane
 from fem2d.linear import fastest_solver
 from fem2d.march import Commit, MarchStatus, StepSettings, march
 from fem2d.materials.library import configuration
-from fem2d.materials.material import Material
+from fem2d.materials.material import Material, stiffened
 from fem2d.state import State
 from fem2d.surface import Surface
 from fem2d.system import System
@@ -36,7 +36,7 @@ from geometry2d.neck import NeckSection, neck_section
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 from scenarios.measures import ContactLine
 from scenarios.solution import LIPS, ContactField, Increment, Model
-from scenarios.spec import Scenario, ScenarioError
+from scenarios.spec import Scenario, ScenarioError, Skin
 
 Array = NDArray[np.float64]
 
@@ -119,7 +119,7 @@ class Lips:
         )
         return Body.of(
             turned,
-            _materials(self.scenario.skin.configuration),
+            _materials(self.scenario.skin),
             plane=Plane.STRESS if solver.plane == "stress" else Plane.STRAIN,
             thickness_mm=solver.thickness_mm,
         )
@@ -444,14 +444,15 @@ def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
     )
 
 
-def _materials(name: str) -> dict[str, Material]:
+def _materials(skin: Skin) -> dict[str, Material]:
+    name = skin.configuration
     layers = list(configuration(name).values())
     if len(layers) > 2:
         raise ScenarioError(
             f"skin.configuration = {name!r} has {len(layers)} layers, the lips have two: "
             "choose L1, L2-GOH or L2-Ogden"
         )
-    parts = {"dermis": layers[0], "bulk": layers[-1]}
+    parts = {"dermis": stiffened(layers[0], skin.dermis_stiffness), "bulk": layers[-1]}
     return {f"{lip}_{part}": material for lip in LIPS for part, material in parts.items()}
 
 

@@ -73,6 +73,12 @@ class Skin:
         description="materials of dermis and bulk",
         source="thesis, Table 3.5",
     )
+    dermis_stiffness: float = setting(
+        default=1.0,
+        minimum=0.01,
+        maximum=100.0,
+        description="factor on every stress of the dermis",
+    )
 
 
 @dataclass(frozen=True)

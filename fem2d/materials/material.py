@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol, runtime_checkable
+from dataclasses import fields, replace
+from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,6 +49,33 @@ class Material(Protocol):
     def packed(self) -> Array:
         """Return the law as the flat row of numbers that the assembly kernel reads."""
         ...
+
+
+M = TypeVar("M", bound=Material)
+
+
+def stiffened(material: M, factor: float) -> M:
+    """Return the same law with every stress multiplied by ``factor``.
+
+    The unit in a parameter's name says how it scales: MPa by the factor, 1/MPa by its inverse.
+
+    Raises
+    ------
+    MaterialError
+        If the factor is not positive.
+    """
+    if not (math.isfinite(factor) and factor > 0):
+        raise MaterialError(f"stiffness factor {factor:g} must be positive, e.g. 0.5 or 2")
+    scaled: dict[str, float | tuple[float, ...]] = {}
+    for item in fields(material):  # type: ignore[arg-type]
+        power = -1 if item.name.endswith("_per_mpa") else int(item.name.endswith("_mpa"))
+        if power:
+            value = getattr(material, item.name)
+            scale = factor**power
+            scaled[item.name] = (
+                tuple(scale * v for v in value) if isinstance(value, tuple) else scale * value
+            )
+    return replace(material, **scaled)  # type: ignore[type-var]
 
 
 def compressibility(shear_modulus_mpa: float, poisson: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
@@ -14,7 +15,7 @@ from fem2d.materials.library import (
     material_from,
     material_named,
 )
-from fem2d.materials.material import MaterialError, poisson_ratio
+from fem2d.materials.material import MaterialError, poisson_ratio, stiffened
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
 
@@ -120,3 +121,14 @@ def test_unknown_names_get_the_nearest_one() -> None:
         configuration("L2-GHO")
     with pytest.raises(MaterialError, match="does not exist"):
         material_named("nowhere.toml")
+
+
+@pytest.mark.parametrize("name", ["L2-Ogden/dermis", "L2-Ogden/bulk", "L2-GOH/dermis"])
+def test_a_stiffened_law_multiplies_every_stress(name: str) -> None:
+    law = material_named(name)
+    F = np.eye(3) + np.random.default_rng(2).uniform(-0.2, 0.2, (5, 3, 3))
+    np.testing.assert_allclose(
+        stiffened(law, 1.7).first_piola_kirchhoff(F), 1.7 * law.first_piola_kirchhoff(F), rtol=1e-12
+    )
+    with pytest.raises(MaterialError, match="positive"):
+        stiffened(law, 0.0)
