@@ -36,7 +36,8 @@ THESIS_HIGHEST_KPA: Mapping[str, float] = {
 """Thesis section 3.1.2 and Figure 3.14."""
 SEARCH_STEP_KPA = 2.5
 ROUND_STEP_MM = 0.02
-ROUND_STEPS = 40
+SHORTEST_ROUND_STEP_MM = 1e-4
+ROUND_STEPS = 60
 
 
 @dataclass(frozen=True)
@@ -196,12 +197,16 @@ def _loss(model: SuctionModel, last: Settled) -> Loss:
     The apex is raised instead, and the suction solved for: a limit point is gone round, and the
     eigenvalue nearest to zero shows whether the tangent becomes singular.
     """
-    heights = model.apex_mm(last) + ROUND_STEP_MM * np.arange(1, ROUND_STEPS + 1)
-    path = [_step_of_path(model, last)]
-    for settled in model.raised_to(heights, start=last):
-        if not settled.found or not 0 < suction_of(settled) < 2 * path[0][1]:
+    path, state, step = [_step_of_path(model, last)], last, ROUND_STEP_MM
+    for _ in range(ROUND_STEPS):
+        (settled,) = model.raised_to([model.apex_mm(state) + step], start=state)
+        if settled.found and 0 < suction_of(settled) < 2 * path[0][1]:
+            state, step = settled, min(1.5 * step, ROUND_STEP_MM)
+            path.append(_step_of_path(model, state))
+        elif step > SHORTEST_ROUND_STEP_MM:
+            step /= 2
+        else:
             break
-        path.append(_step_of_path(model, settled))
     apex, suction, softest = np.array(path).T
     softest = softest / softest[0]
     top = int(np.argmax(suction))
