@@ -254,18 +254,35 @@ def _silhouette(m: NeckMeasurements, upper_wall: Outline, lower_wall: Outline) -
     lower_side = lower[(lower[:, 1] <= axis - 0.5 * m.root_diameter_mm + m.rim_radius_mm)]
     upper_side = upper_side[upper_side[:, 0] <= reach]
     lower_side = lower_side[lower_side[:, 0] <= reach]
-    half = 0.5 * m.package_width_mm
-    end = reach + m.package_height_mm
-    carton = [
-        (reach + m.shoulder_mm, axis - half),
-        (end, axis - half),
-        (end, axis + half),
-        (reach + m.shoulder_mm, axis + half),
-    ]
-    return np.concatenate(
-        [
-            lower_side[np.argsort(lower_side[:, 0], kind="stable")],
-            np.array(carton),
-            upper_side[np.argsort(-upper_side[:, 0], kind="stable")],
-        ]
+    return with_carton(
+        m,
+        lower_side[np.argsort(lower_side[:, 0], kind="stable")],
+        upper_side[np.argsort(-upper_side[:, 0], kind="stable")],
+        reach_mm=reach,
+        axis_mm=axis,
     )
+
+
+def with_carton(
+    m: NeckMeasurements, lower_side: Array, upper_side: Array, *, reach_mm: float, axis_mm: float
+) -> Array:
+    """Return the silhouette (n, 2) of a neck and the carton behind it, counter-clockwise, mm.
+
+    Parameters
+    ----------
+    m
+        Width, height and shoulder of the carton are taken from them.
+    lower_side, upper_side
+        (k, 2) outside of the neck, from the rim to the carton below, and back above.
+    reach_mm, axis_mm
+        Where the shoulder starts along x, and the height of the axis.
+    """
+    half = 0.5 * m.package_width_mm
+    end = reach_mm + m.package_height_mm
+    carton = [
+        (reach_mm + m.shoulder_mm, axis_mm - half),
+        (end, axis_mm - half),
+        (end, axis_mm + half),
+        (reach_mm + m.shoulder_mm, axis_mm + half),
+    ]
+    return np.concatenate([lower_side, np.array(carton), upper_side])
