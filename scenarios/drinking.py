@@ -32,7 +32,7 @@ from fem2d.tie import ElasticTie
 from fem2d.tissue_contact import TissueContact, TissueHistory
 from geometry2d.head import HeadSection, head_section
 from geometry2d.mesh import LEVELS, section_mesh
-from geometry2d.neck import NeckSection, neck_section
+from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 from scenarios.measures import ContactLine
 from scenarios.solution import LIPS, ContactField, Increment, Model
@@ -259,7 +259,7 @@ def replay(
     ScenarioError
         If the motion is missing, or never brings the neck near the lips.
     """
-    neck, head = neck_section(scenario.package.measurements), head_section(scenario.head)
+    neck, head = scenario.package.section(), head_section(scenario.head)
     seen = observed(scenario, neck, head)
     lips = Lips(scenario, head, neck, seen.head_angle_rad)
     progress(0.0, "meshing the lips")

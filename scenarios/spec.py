@@ -14,7 +14,8 @@ from importlib.resources import files
 from pathlib import Path
 
 from geometry2d.anthropometry import HeadMeasurements
-from geometry2d.neck import NECKS, NeckMeasurements
+from geometry2d.neck import NECKS, NeckMeasurements, NeckSection, neck_section
+from geometry2d.section import drawn_neck
 from scenarios.settings import (
     SettingError,
     Value,
@@ -57,10 +58,27 @@ class MotionFile:
 
 @dataclass(frozen=True)
 class Package:
-    """The neck of the package: a named one, and its measurements."""
+    """The neck of the package: a named one and its measurements, or the user's own drawing.
+
+    With an ``outline`` (SVG or DXF; :mod:`geometry2d.section` says what it holds) the measurements
+    only describe the carton behind the neck.
+    """
 
     neck: str
     measurements: NeckMeasurements
+    outline: str | None = None
+
+    def section(self) -> NeckSection:
+        """Return the neck, cut through its axis.
+
+        Raises
+        ------
+        geometry2d.section.SectionError, geometry2d.neck.NeckError
+            If the drawing or the measurements do not describe a neck.
+        """
+        if self.outline is None:
+            return neck_section(self.measurements)
+        return drawn_neck(Path(self.outline), carton=self.measurements)
 
 
 @dataclass(frozen=True)
@@ -223,7 +241,7 @@ def scenario_from(document: Mapping[str, Value], *, folder: Path) -> Scenario:
         recording=_recording(tables["recording"], folder) if tables["recording"] else None,
         motion=_motion(tables["motion"], folder) if tables["motion"] else None,
         head=table_from(HeadMeasurements, tables["head"], where="head"),
-        package=_package(tables["package"]),
+        package=_package(tables["package"], folder),
         skin=table_from(Skin, tables["skin"], where="skin"),
         contact=table_from(Contact, tables["contact"], where="contact"),
         placement=table_from(Placement, tables["placement"], where="placement"),
@@ -253,10 +271,10 @@ def resolved_tables(scenario: Scenario) -> Iterator[tuple[str, list[str]]]:
         table = getattr(scenario, name)
         if isinstance(table, Package):
             neck = f"neck = {toml_value(table.neck)}"
-            yield (
-                name,
-                [f"{neck:<38} # library neck it started from", *toml_lines(table.measurements)],
-            )
+            lines = [f"{neck:<38} # library neck it started from"]
+            if table.outline is not None:
+                lines.append(f"outline = {toml_value(table.outline)} # drawing of the neck")
+            yield name, [*lines, *toml_lines(table.measurements)]
         elif table is not None:
             yield name, toml_lines(table)
 
@@ -322,10 +340,17 @@ def _motion(values: Mapping[str, Value], folder: Path) -> MotionFile:
     return replace(table, file=str(folder / table.file))
 
 
-def _package(values: Mapping[str, Value]) -> Package:
+def _package(values: Mapping[str, Value], folder: Path) -> Package:
     neck = values.get("neck", "A38")
     if neck not in NECKS:
         raise SettingError(f"package.neck = {neck!r} is not known: {nearest(str(neck), NECKS)}")
-    measured = {key: value for key, value in values.items() if key != "neck"}
+    outline = values.get("outline")
+    if outline is not None and not (isinstance(outline, str) and outline):
+        raise SettingError(f'package.outline = {outline!r}: give a drawing, e.g. "neck.svg"')
+    measured = {key: value for key, value in values.items() if key not in ("neck", "outline")}
     base = NECKS[str(neck)]
-    return Package(str(neck), table_from(NeckMeasurements, measured, where="package", base=base))
+    return Package(
+        str(neck),
+        table_from(NeckMeasurements, measured, where="package", base=base),
+        None if outline is None else str(folder / outline),
+    )

@@ -38,7 +38,7 @@ def test_the_resolved_file_reads_back_to_the_same_scenario(tmp_path: Path) -> No
 def test_the_resolved_file_has_every_setting_of_every_table() -> None:
     scenario = replace(read_scenario("A38-F"), motion=MotionFile("motion.csv"))
     document = tomllib.loads(resolved_toml(scenario))
-    assert document["contact"] == {"friction": 1.0, "teeth_friction": 0.0}
+    assert document["contact"] == {"friction": 1.0, "teeth_friction": 0.0, "lip_friction": 0.3}
     assert document["package"]["neck"] == "A38"
     assert document["package"]["thread_diameter_mm"] == 37.2
     assert document["motion"]["file"] == "motion.csv"
@@ -61,6 +61,25 @@ def test_another_neck_brings_its_own_measurements() -> None:
     assert narrow.measurements.thread_diameter_mm < wide.measurements.thread_diameter_mm
     given = read_scenario("A38-F", ["package.neck=DC", "package.thread_diameter_mm=30"]).package
     assert given.measurements == replace(narrow.measurements, thread_diameter_mm=30.0)
+
+
+def test_a_drawing_replaces_the_measured_neck(tmp_path: Path) -> None:
+    circles = {"upper_wall": (20, 9), "lower_wall": (40, 9), "upper_mark": (23, 1),
+               "lower_mark": (37, 1)}  # fmt: skip
+    shapes = [f'<circle id="{name}" cx="50" cy="{y}" r="{r}"/>' for name, (y, r) in circles.items()]
+    (tmp_path / "neck.svg").write_text(
+        f'<svg width="90mm" height="90mm" viewBox="0 0 90 90">{"".join(shapes)}</svg>'
+    )
+    document = tomllib.loads(SMALL + '[package]\noutline = "neck.svg"\n')
+    package = scenario_from(document, folder=tmp_path).package
+    assert package.outline == str(tmp_path / "neck.svg")
+    neck = package.section()
+    assert neck.upper_mark == pytest.approx([0, 14])
+    assert neck.upper_wall.project([[0, 17]]).distance == pytest.approx([-9])
+    again = tomllib.loads(resolved_toml(scenario_from(document, folder=tmp_path)))
+    assert again["package"]["outline"] == package.outline
+    with pytest.raises(SettingError, match=r"package\.outline = 3"):
+        scenario_from(tomllib.loads(SMALL + "[package]\noutline = 3\n"), folder=tmp_path)
 
 
 @pytest.mark.parametrize(
