@@ -212,7 +212,13 @@ def _heading(figure: Figure, story: Story, left_px: float) -> None:
     """Write the scenario's name and, smaller, how its run ended if it did not finish."""
     width, height = figure.get_size_inches() * figure.dpi
     name = figure.text(
-        left_px / width, 1 - 34 / height, story.name, size=16, weight="bold", color=INK
+        left_px / width,
+        1 - 34 / height,
+        story.name,
+        size=16,
+        weight="bold",
+        color=INK,
+        parse_math=False,  # a name may hold dollars
     )
     if not story.solution.summary["finished"]:
         figure.text(

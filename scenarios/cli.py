@@ -200,6 +200,15 @@ def _animate(options: argparse.Namespace) -> int:
     return 0
 
 
+def _report(options: argparse.Namespace) -> int:
+    from scenarios.report import write_report
+
+    with progress_line("report") as progress:
+        write_report(options.runs, options.out, progress=progress)
+    print(options.out)
+    return 0
+
+
 def _demo(options: argparse.Namespace) -> int:
     from scenarios.animation import animate
     from scenarios.plots import plot_histories, plot_imprint
@@ -451,6 +460,16 @@ def _parser() -> argparse.ArgumentParser:
         default="von_mises_mpa",
         help="what the dermis is coloured by (default: %(default)s)",
     )
+
+    report = command(
+        "report",
+        _report,
+        "write one page about one run, or comparing several",
+        "drinksim report a38-f dc-f --out report.html",
+    )
+    report.add_argument("runs", metavar="DIR", type=Path, nargs="+", help="run directories")
+    report.add_argument("--out", metavar="FILE", type=Path, required=True, help="ending in .html")
+
     parser.epilog = "\n".join([*listed, "", "example: drinksim demo --out demo"])
     return parser
 

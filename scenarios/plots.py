@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from geometry2d.neck import neck_section
+from geometry2d.neck import NeckSection, neck_section
 from scenarios.output import file_at_once
 from scenarios.scene import (
     INK,
@@ -71,7 +71,8 @@ def plot_histories(runs: Sequence[Path], out: Path) -> None:
         for solution, colour in zip(solutions, _colours(len(solutions)), strict=True):
             _history(axes, solution, name, colour, alone=len(solutions) == 1)
         _finish(axes, title, solutions[0][name].quantity)
-    panels[0].legend(loc="best", frameon=False, fontsize=10)
+    for text in panels[0].legend(loc="best", frameon=False, fontsize=10).get_texts():
+        text.set_parse_math(False)  # a name may hold dollars
     panels[-1].set_xlabel("relative time", color=INK, size=11)
     panels[-1].set_xlim(0.0, 1.0)
     with file_at_once(out) as partial:
@@ -97,9 +98,22 @@ def plot_imprint(run: Path, out: Path) -> None:
     neck = neck_section(read_scenario(str(run / "scenario.toml")).package.measurements)
     figure = Figure(figsize=(9.0, 7.0), dpi=DPI, facecolor=PAPER, layout="constrained")
     FigureCanvasAgg(figure)
+    imprint_maps(figure, solution, neck)
+    with file_at_once(out) as partial:
+        figure.savefig(partial, facecolor=PAPER)
+
+
+def imprint_maps(
+    figure: Figure, solution: Solution, neck: NeckSection, *, highest_kpa: float | None = None
+) -> dict[str, tuple[Array, Array]]:
+    """Draw on ``figure`` how each lip presses along the neck's contour, against time.
+
+    ``highest_kpa`` ends the colours; by default a round number above all pressures of the run.
+    Returns by lip what :func:`imprint` does.
+    """
     panels = figure.subplots(len(LIPS), 1, sharex=True)
     imprints = {lip: imprint(solution, lip) for lip in LIPS}
-    highest = upper_limit(float(pressure.max()) for _, pressure in imprints.values())
+    highest = highest_kpa or upper_limit(float(p.max()) for _, p in imprints.values())
     for axes, (lip, (arc, pressure)) in zip(panels, imprints.items(), strict=True):
         image = axes.pcolormesh(
             solution.time_s,
@@ -119,8 +133,7 @@ def plot_imprint(run: Path, out: Path) -> None:
     bar.set_label("contact pressure, kPa", color=INK, size=11)
     bar.ax.tick_params(labelsize=10, colors=INK, length=3)
     bar.outline.set_visible(False)
-    with file_at_once(out) as partial:
-        figure.savefig(partial, facecolor=PAPER)
+    return imprints
 
 
 def imprint(solution: Solution, lip: str) -> tuple[Array, Array]:
