@@ -209,6 +209,15 @@ def _report(options: argparse.Namespace) -> int:
     return 0
 
 
+def _export(options: argparse.Namespace) -> int:
+    from scenarios.vtk import export_vtk
+
+    with progress_line("export") as progress:
+        export_vtk(options.run, options.out, progress=progress)
+    print(f"{options.out}: run.pvd for ParaView, and its increments")
+    return 0
+
+
 def _demo(options: argparse.Namespace) -> int:
     from scenarios.animation import animate
     from scenarios.plots import plot_histories, plot_imprint
@@ -469,6 +478,18 @@ def _parser() -> argparse.ArgumentParser:
     )
     report.add_argument("runs", metavar="DIR", type=Path, nargs="+", help="run directories")
     report.add_argument("--out", metavar="FILE", type=Path, required=True, help="ending in .html")
+
+    export = command(
+        "export",
+        _export,
+        "write a run for other programs",
+        "drinksim export run --format vtk --out paraview",
+    )
+    export.add_argument("run", metavar="DIR", type=Path, help="a run directory")
+    export.add_argument(
+        "--format", choices=("vtk",), required=True, help="vtk: a time series for ParaView"
+    )
+    _add_out(export)
 
     parser.epilog = "\n".join([*listed, "", "example: drinksim demo --out demo"])
     return parser

@@ -19,7 +19,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, PowerNorm
 from numpy.typing import NDArray
 
-from geometry2d.neck import NeckSection, neck_section
+from geometry2d.neck import NeckSection
 from scenarios.hypertext import Markup, joined, page, tag
 from scenarios.output import check_writable, file_at_once
 from scenarios.plots import imprint
@@ -165,7 +165,7 @@ def _read(runs: Sequence[Path]) -> list[Reported]:
                 scenario=scenario,
                 scenario_toml=(folder / "scenario.toml").read_text(encoding="utf-8"),
                 story=story,
-                neck=neck_section(scenario.package.measurements),
+                neck=scenario.package.section(),
                 verdict=Verdict.of(story.solution.summary),
             )
         )
@@ -378,8 +378,8 @@ ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
 def _key_numbers(runs: Sequence[Reported]) -> Markup:
     head = tag(
         "tr",
-        tag("th", "quantity", scope="col", style="text-align:left"),
-        tag("th", "unit", scope="col", style="text-align:left"),
+        tag("th", "quantity", scope="col"),
+        tag("th", "unit", scope="col", class_="unit"),
         *(tag("th", run.label, scope="col") for run in runs),
     )
     groups = []
@@ -581,7 +581,7 @@ def _imprint(run: Reported, highest_kpa: float) -> Markup:
         "div",
         tag("figure", tag("figcaption", "Pressure along the neck's contour, in time"),
             _image(over_time)),
-        tag("figure", tag("figcaption", "Its highest value at each place, standing off the contour "
+        tag("figure", tag("figcaption", "Its highest value at each point, standing off the contour "
                           "of the wall (opening on the left)"), _image(contour)),
         class_="imprint",
     )  # fmt: skip

@@ -69,6 +69,7 @@ th, td { padding: .32rem .7rem; border-bottom: 1px solid var(--line); text-align
 th[scope=row] { text-align: left; font-weight: 400; min-width: 12rem; }
 td.unit { text-align: left; white-space: nowrap; color: var(--quiet); min-width: 3.5rem; }
 thead th { border-bottom: 2px solid var(--ink); }
+thead th:first-child, thead th.unit { text-align: left; }
 tbody th[scope=rowgroup] { text-align: left; padding-top: 1rem; }
 pre { overflow-x: auto; background: white; border: 1px solid var(--line); border-radius: 6px;
   padding: .8rem 1rem; font-size: .8rem; line-height: 1.45; }
@@ -84,11 +85,14 @@ summary { cursor: pointer; padding: .3rem 0; font-weight: 600; }
 @media print {
   @page { margin: 14mm; }
   * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
-  body { background: white; max-width: none; padding: 0; font-size: 10pt; }
+  html { font-size: 11.5px; }
+  body { background: white; max-width: none; padding: 0; }
   nav, .downloads { display: none; }
   h2, h3 { break-after: avoid; }
   figure, .verdict, tr, .sequence li { break-inside: avoid; }
-  .curves { grid-template-columns: repeat(2, 1fr); }
+  .verdicts { grid-template-columns: repeat(auto-fit, minmax(22rem, 1fr)); }
+  .curves { grid-template-columns: repeat(3, 1fr); }
+  h2 { margin-top: 1.6rem; }
   .imprint { grid-template-columns: 1.25fr 1fr; }
   .wide, pre { overflow: visible; }
   pre { white-space: pre-wrap; }

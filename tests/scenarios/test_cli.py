@@ -27,7 +27,7 @@ from scenarios.progress import progress_line
 from scenarios.solution import Increment, Model, Solution
 from scenarios.spec import Scenario
 
-COMMANDS = ("demo", "convert", "scenarios", "replay", "element", "animate", "report")
+COMMANDS = ("demo", "convert", "scenarios", "replay", "element", "animate", "report", "export")
 
 
 @pytest.fixture(scope="module")
