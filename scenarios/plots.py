@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from geometry2d.neck import NeckSection, neck_section
+from geometry2d.neck import NeckSection
 from scenarios.output import file_at_once
 from scenarios.scene import (
     INK,
@@ -95,7 +95,7 @@ def plot_imprint(run: Path, out: Path) -> None:
         If ``run`` is not a run directory.
     """
     solution = Solution.load(run)
-    neck = neck_section(read_scenario(str(run / "scenario.toml")).package.measurements)
+    neck = read_scenario(str(run / "scenario.toml")).package.section()
     figure = Figure(figsize=(9.0, 7.0), dpi=DPI, facecolor=PAPER, layout="constrained")
     FigureCanvasAgg(figure)
     imprint_maps(figure, solution, neck)
