@@ -25,6 +25,7 @@ from fem2d.linear import fastest_solver
 from fem2d.march import Commit, MarchStatus, StepSettings, march
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material, stiffened
+from fem2d.newton import NewtonSettings
 from fem2d.state import State
 from fem2d.surface import Surface
 from fem2d.system import System
@@ -412,7 +413,8 @@ class _Diary:
         energies = system.energies(commit.state)
         self._most_strain = max(self._most_strain, energies.strain)
         self._most_kinetic = max(self._most_kinetic, energies.kinetic)
-        self._imbalance = max(self._imbalance, commit.newton.imbalance)
+        if commit.newton.force_scale > NewtonSettings().force_floor_n:
+            self._imbalance = max(self._imbalance, commit.newton.imbalance)
 
 
 def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
