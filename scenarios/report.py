@@ -376,6 +376,10 @@ ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
 
 
 def _key_numbers(runs: Sequence[Reported]) -> Markup:
+    said = (
+        "Extremes over the whole sip. The mean of two surface elements is the thesis' measure; it "
+        "depends on their size, the mean over 0.5 mm is made not to."
+    )
     head = tag(
         "tr",
         tag("th", "quantity", scope="col"),
@@ -397,17 +401,16 @@ def _key_numbers(runs: Sequence[Reported]) -> Markup:
         groups.append(tag("tbody", *lines))
     table = tag(
         "table",
-        tag("caption", "Extremes over the whole sip. The mean of two surface elements is the "
-            "thesis' measure; it depends on their size, the mean over 0.5 mm does not."),
         tag("thead", head),
         *groups,
-    )  # fmt: skip
+    )
     scrolled = tag(
         "div", table, class_="wide", tabindex="0", role="region", aria_label="Key numbers"
     )
     return tag(
         "section",
         tag("h2", "Key numbers", id="numbers"),
+        tag("p", said, class_="quiet"),
         scrolled,
         _differences(runs) if len(runs) > 1 else Markup(),
         aria_labelledby="numbers",
@@ -528,7 +531,7 @@ def _one_run(run: Reported, highest_kpa: float, say: Callable[[float, str], None
         tag("h3", "The imprint on the neck"),
         _imprint(run, highest_kpa),
     ]
-    return tag("section", *parts, aria_labelledby=run.anchor)
+    return tag("section", *parts, class_="run", aria_labelledby=run.anchor)
 
 
 def _about_the_pictures(run: Reported) -> Markup:

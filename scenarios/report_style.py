@@ -63,10 +63,10 @@ figure img { width: 100%; border-radius: 4px; }
 .wide:focus-visible { outline: 2px solid var(--upper); outline-offset: 2px; }
 table { border-collapse: collapse; font-size: .95rem; font-variant-numeric: tabular-nums;
   background: white; min-width: 100%; }
-caption { text-align: left; color: var(--quiet); padding: .3rem 0; }
 th, td { padding: .32rem .7rem; border-bottom: 1px solid var(--line); text-align: right;
   vertical-align: top; min-width: 6.5rem; }
-th[scope=row] { text-align: left; font-weight: 400; min-width: 12rem; }
+th[scope=row] { text-align: left; font-weight: 400; min-width: 12rem; position: sticky; left: 0;
+  background: white; }
 td.unit { text-align: left; white-space: nowrap; color: var(--quiet); min-width: 3.5rem; }
 thead th { border-bottom: 2px solid var(--ink); }
 thead th:first-child, thead th.unit { text-align: left; }
@@ -89,6 +89,7 @@ summary { cursor: pointer; padding: .3rem 0; font-weight: 600; }
   body { background: white; max-width: none; padding: 0; }
   nav, .downloads { display: none; }
   h2, h3 { break-after: avoid; }
+  .run { break-before: page; }
   figure, .verdict, tr, .sequence li { break-inside: avoid; }
   .verdicts { grid-template-columns: repeat(auto-fit, minmax(22rem, 1fr)); }
   .curves { grid-template-columns: repeat(3, 1fr); }
