@@ -419,8 +419,8 @@ def _plot(path: Path, name: str, press: Press, settled: Settled, imprint: Imprin
     touched = placement.apply(press.neck.lower_wall.point_at(imprint.arc_mm)[0])
     axes.plot(touched[:, 0], touched[:, 1], ".", color="#d62728", markersize=4, label="contact")
     axes.legend(frameon=False, loc="lower right")
-    half = 0.5 * press.options.lip_width_mm
-    axes.set_xlim(-1.15 * half, 1.25 * half)
+    lip = press.body.nodes[:, 0] + settled.displacement[:, 0]
+    axes.set_xlim(lip.min() - 1.0, lip.max() + 1.0)
     axes.set_ylim(-0.3, press.options.lip_height_mm + 3.0)
     figure.colorbar(colours, ax=axes, label="largest principal log strain, absolute", shrink=0.8)
     axes.set_title(
