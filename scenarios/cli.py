@@ -311,7 +311,7 @@ def _parser() -> argparse.ArgumentParser:
     def command(
         name: str, function: Callable[[argparse.Namespace], int], does: str, example: str
     ) -> argparse.ArgumentParser:
-        listed.append(f"  {name:<11}{does}")
+        listed.append(f"  {name:<13}{does}")
         added = commands.add_parser(
             name,
             description=f"{does[0].upper()}{does[1:]}.",
