@@ -298,6 +298,11 @@ def _energy_share(run: Reported) -> str:
         return ABSENT
 
 
+def _neck_name(run: Reported) -> str:
+    package = run.scenario.package
+    return package.neck if package.outline is None else Path(package.outline).name
+
+
 def _largest_force(run: Reported) -> str:
     return f"{1e3 * np.hypot(run.force('x'), run.force('y')).max():.1f}"
 
@@ -336,7 +341,7 @@ ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
     (
         "Model",
         [
-            Row("neck", "", lambda run: run.scenario.package.neck),
+            Row("neck", "", _neck_name),
             Row("skin", "", lambda run: run.scenario.skin.configuration),
             Row("friction on the package", "", lambda run: f"{run.scenario.contact.friction:g}"),
             Row("plane", "", lambda run: run.scenario.solver.plane),
