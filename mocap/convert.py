@@ -127,7 +127,8 @@ def convert(
     raw = follow(film, marker_file, start_s=start_s, end_s=end_s, given=given, progress=say)
     timing = film.timing
     picture = Picture(film.info.width, film.info.height, film.info.pixel_aspect)
-    measured = measure(with_noise_in_time(raw).bridged(), marker_file, picture)
+    tracks_found = with_noise_in_time(raw, key_frames=film.key_frames).bridged()
+    measured = measure(tracks_found, marker_file, picture)
     report = summary(film.info, timing, marker_file, measured, picture)
     with _NewFolder(folder) as partial:
         measured.tracks.write(partial / "tracks.csv")

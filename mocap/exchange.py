@@ -1,7 +1,7 @@
 """Marker positions from and to other programs' files.
 
-Reads TRC, C3D, DeepLabCut CSV, Kinovea (kinematics CSV and trajectory text) and Tracker (text);
-writes TRC and C3D. Pictures' conventions differ: Kinovea and DeepLabCut count from the centre of a
+Reads TRC, C3D, BVH, DeepLabCut CSV, Kinovea (kinematics CSV and trajectory text) and Tracker
+(text); writes TRC and C3D. Pictures' conventions differ: Kinovea and DeepLabCut count from the centre of a
 pixel as this program does; Tracker counts from its corner, half a pixel more each way.
 """
 
@@ -121,13 +121,15 @@ def read_positions(path: Path | str) -> MarkerTable:
 
 
 def _reader_for(file: Path) -> Callable[[Path], MarkerTable]:
-    from mocap import c3d, spreadsheets, trc
+    from mocap import bvh, c3d, spreadsheets, trc
 
     ending = file.suffix.lower()
     if ending == ".c3d":
         return c3d.read_c3d
     if ending == ".trc":
         return trc.read_trc
+    if ending == ".bvh":
+        return bvh.read_bvh
     if ending in (".csv", ".txt", ".tsv"):
         head = spreadsheets.text_of(file)[:4000].lstrip("\ufeff").lstrip()
         first = head.splitlines()[0] if head else ""
@@ -139,7 +141,8 @@ def _reader_for(file: Path) -> Callable[[Path], MarkerTable]:
             return spreadsheets.read_kinovea
         return spreadsheets.read_tracker
     raise ExchangeError(
-        f"{file}: ending {ending or '(none)'} is not known; known are .trc, .c3d, .csv and .txt"
+        f"{file}: ending {ending or '(none)'} is not known; known are .trc, .c3d, .bvh, .csv and "
+        ".txt"
     )
 
 

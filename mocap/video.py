@@ -83,6 +83,12 @@ class Video:
         self.info = self._probe()
         self.decoded = 0
         self._monitor = TimingMonitor()
+        self._key_frames: set[int] = set()
+
+    @property
+    def key_frames(self) -> frozenset[int]:
+        """Those of the used frames read so far that were compressed without reference to others."""
+        return frozenset(self._key_frames)
 
     @property
     def timing(self) -> Timing:
@@ -100,6 +106,7 @@ class Video:
             If the file breaks off, if times do not increase, or if no frame lies in the interval.
         """
         self._monitor = TimingMonitor()
+        self._key_frames.clear()
         self.decoded = 0
         first = self._first_time
         stretch = self._time_stretch()
@@ -118,6 +125,8 @@ class Video:
             last = shown_s
             frame = self._frame(index, first + (shown_s - first) * stretch, picture)
             self._monitor.see(index, frame.time_s, frame.image)
+            if picture.key_frame:
+                self._key_frames.add(index)
             used += 1
             yield frame
         else:

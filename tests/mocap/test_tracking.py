@@ -35,7 +35,8 @@ def tracked(clip: Clip) -> tuple[Tracks, Measurement, list[Truth]]:
     video, markers, truths = drawn(clip)
     file = read_markers(markers)
     film = Video(video)
-    tracks = with_noise_in_time(follow(film, file)).bridged()
+    raw = follow(film, file)
+    tracks = with_noise_in_time(raw, key_frames=film.key_frames).bridged()
     picture = Picture(film.info.width, film.info.height)
     return tracks, measure(tracks, file, picture), truths
 
