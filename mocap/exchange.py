@@ -1,8 +1,8 @@
 """Marker positions from and to other programs' files.
 
 Reads TRC, C3D, BVH, DeepLabCut CSV, Kinovea (kinematics CSV and trajectory text) and Tracker
-(text); writes TRC and C3D. Pictures' conventions differ: Kinovea and DeepLabCut count from the centre of a
-pixel as this program does; Tracker counts from its corner, half a pixel more each way.
+(text); writes TRC and C3D. Pictures' conventions differ: Kinovea and DeepLabCut count from the
+centre of a pixel as this program does; Tracker counts from its corner, half a pixel more each way.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ ENOUGH = 20
 # repeats it.
 MOVING_PX = 0.3
 STILL_PX = 0.06
-# Variance that compression adds in a key frame over that in other frames: 0.29 ± 0.07 in H.264 clips
+# Variance that compression adds in a key frame over that in other frames: 0.29 ± 0.07 in H.264
 # (seeds 100 to 119 of benchmarks/tracking_honesty.py; others serve as the check).
 KEY_FRAME_SHARE = 0.3
 # From the median of absolute values of a normal variable to its standard deviation.
