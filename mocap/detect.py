@@ -170,13 +170,14 @@ def _detection(
 ) -> Detection | None:
     """Return the fit as a detection if it looks like a marker at all."""
     contrast = float(parameters[CONTRAST])
-    matrix = np.array([[parameters[2], parameters[3]], [parameters[3], parameters[4]]])
-    stretch = np.linalg.eigvalsh(matrix)
-    if stretch[0] <= 0 or not np.isfinite(covariance).all():
+    a, b, c = (float(value) for value in parameters[2:5])
+    # Eigenvalues of the symmetric [[a, b], [b, c]].
+    middle, half = 0.5 * (a + c), math.hypot(0.5 * (a - c), b)
+    if middle - half <= 0 or not np.isfinite(covariance).all():
         return None
-    aspect = float(stretch[1] / stretch[0])
+    aspect = (middle + half) / (middle - half)
     inside = residual[np.isfinite(residual)]
-    misfit = float(np.sqrt(np.mean(inside**2)) / max(abs(contrast), 1e-9))
+    misfit = math.sqrt(float(inside @ inside) / inside.size) / max(abs(contrast), 1e-9)
     if (
         abs(contrast) < LEAST_CONTRAST
         or misfit > MISFIT_LIMIT

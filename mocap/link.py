@@ -82,8 +82,8 @@ class Motion:
         step[0, 2] = step[1, 3] = dt
         q = acceleration**2 * np.array([[dt**4 / 4, dt**3 / 2], [dt**3 / 2, dt**2]])
         noise = np.zeros((4, 4))
-        noise[np.ix_([0, 2], [0, 2])] = q
-        noise[np.ix_([1, 3], [1, 3])] = q
+        noise[::2, ::2] = q
+        noise[1::2, 1::2] = q
         return Motion(step @ self.state, step @ self.covariance @ step.T + noise)
 
     def corrected(self, x: float, y: float, covariance: Array) -> Motion:

@@ -15,9 +15,10 @@ release    from then until the mouth is left
 
 Suck, pour and pull differ in which lip seals (thesis §4.1): 'suck' closes both lips around the
 package, 'pour' leaves the upper lip off, 'pull' seals the upper lip with the liquid. None of that
-can be seen from rigid motions, but how the flow is driven can: who sucks from a full package hardly
-tilts it beyond level; who pours must. So a style is named only where the motion excludes the
-others, and is ``unknown`` otherwise.
+can be seen from rigid motions, but how the flow is driven can: nothing runs out of a package that
+is kept upright, so it is sucked; it runs by itself from one turned down steeply. So a style is
+named only where the motion excludes the others, and is ``unknown`` otherwise. 'pull' is never
+named: it moves as the others do, and the liquid on the upper lip, which tells it, is not seen.
 """
 
 from __future__ import annotations
@@ -39,8 +40,13 @@ LEAVES_MM = 80.0
 TILT_SHARE = 0.1
 # A package tilted less than this (degrees) while at the mouth is not emptied by gravity.
 NO_TILT_DEG = 3.0
+# Level liquid in a cylinder 2.5 times as high as wide and nine tenths full reaches the rim when
+# tilted by atan(0.5) = 27°: nothing runs out while the opening points higher above level than this.
+UPRIGHT_DEG = 63.0
 # Gravity alone empties a package whose opening is turned down at least this far below level.
 STEEP_DEG = 25.0
+# Marks that lie across the neck, one above the other when the package lies level.
+ACROSS_THE_NECK = ("package_lower", "package_upper")
 PHASES = ("approach", "contact", "tilt", "drink", "release")
 
 
@@ -76,8 +82,10 @@ def drinking_figures(motion: Capture, *, inclination_deg: float | None = None) -
         Head and package.
     inclination_deg
         How far the opening points above level in the first frame, if known: the style can be told
-        only then.
+        only then. None: from the standard marks, which lie across the neck, the camera held level.
     """
+    if inclination_deg is None:
+        inclination_deg = _inclination_of_marks(motion)
     return figures_of(
         motion.time_s,
         motion.relative_mm,
@@ -85,6 +93,15 @@ def drinking_figures(motion: Capture, *, inclination_deg: float | None = None) -
         motion.head.angle_rad,
         inclination_deg=inclination_deg,
     )
+
+
+def _inclination_of_marks(motion: Capture) -> float | None:
+    """Return how far above level (deg) an opening points that faces left, square to its marks."""
+    for body, pose in motion.poses.items():
+        if pose.markers == ACROSS_THE_NECK:
+            across = np.pi / 2 - motion.axis_rad[body]
+            return float(np.degrees(np.arctan2(np.sin(across), np.cos(across))))
+    return None
 
 
 def figures_of(
@@ -115,7 +132,8 @@ def figures_of(
     change = np.degrees(relative_rad[first : last + 1] - relative_rad[first])
     most = float(change[np.argmax(np.abs(change))])
     phases = _phases(time_s, relative_mm, first, last, change, most)
-    style, reason = _style(most, np.degrees(head_rad), first, last, inclination_deg)
+    turned = np.degrees(relative_rad + head_rad)[first : last + 1]
+    style, reason = _style(turned - np.degrees(relative_rad + head_rad)[0], inclination_deg)
     return DrinkingFigures(
         phases_s=phases,
         duration_at_mouth_s=float(time_s[last] - time_s[first]),
@@ -187,16 +205,17 @@ def _phases(
     return phases
 
 
-def _style(
-    tilt: float, head_deg: Array, first: int, last: int, inclination_deg: float | None
-) -> tuple[str, str]:
-    """Return the style and the observation it rests on."""
+def _style(turned_deg: Array, inclination_deg: float | None) -> tuple[str, str]:
+    """Return the style and the observation it rests on.
+
+    ``turned_deg`` is the package's rotation in the world since the first frame while at the mouth:
+    counter-clockwise, it lowers an opening that faces left, to a mouth that faces right.
+    """
     if inclination_deg is None:
         return "unknown", "how far the opening points above level is not known"
-    turned = tilt + float(np.ptp(head_deg[first : last + 1]))
-    lowest = inclination_deg - abs(turned)
-    if lowest > 0:
-        return "suck", f"the opening stays {lowest:.0f}° above level: no liquid runs out by itself"
+    lowest = inclination_deg - float(turned_deg.max())
+    if lowest > UPRIGHT_DEG:
+        return "suck", f"the opening stays {lowest:.0f}° above level: nothing runs out by itself"
     if lowest < -STEEP_DEG:
         return "pour", f"the opening points {-lowest:.0f}° below level: liquid runs out by itself"
     return "unknown", f"the opening comes to {lowest:.0f}° from level: any style is possible"
