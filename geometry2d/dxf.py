@@ -6,6 +6,7 @@ fitted to them. The format itself is read by ezdxf, which the extra ``files`` br
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -52,19 +53,32 @@ def read_dxf(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
         raise SectionError(
             f"reading {file.name} needs ezdxf: pip install 'drinksim[files]'"
         ) from error
+    # What is wrong is said by our own errors; the library's log would say it a second time.
+    log = logging.getLogger("ezdxf")
+    level = log.level
+    log.setLevel(logging.CRITICAL + 1)
     try:
         document = ezdxf.readfile(file)  # type: ignore[attr-defined]
         scale = _unit(document, file.name, unit_mm)
         entities = list(recursive_decompose(document.modelspace()))
         chains = [chain for entity in entities for chain in _chains(entity, file.name)]
         return [chain.mapped([[scale, 0, 0], [0, scale, 0]]) for chain in chains]
-    except SectionError:
-        raise
+    except SectionError as error:
+        raise SectionError(_printable(error)) from error
     except OSError as error:
         raise SectionError(f"cannot read {file} as DXF: {error}") from error
     except Exception as error:
         # A damaged file fails anywhere inside the reader, with whatever Python says there.
-        raise SectionError(f"{file.name} is not a readable DXF file: {error}") from error
+        raise SectionError(
+            f"{file.name} is not a readable DXF file: {_printable(error)}"
+        ) from error
+    finally:
+        log.setLevel(level)
+
+
+def _printable(error: Exception) -> str:
+    """Return a message in which bytes that were no text are written as escapes."""
+    return str(error).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _unit(document: Drawing, file: str, unit_mm: float | None) -> float:
