@@ -59,6 +59,7 @@ def summary(
             "repeated_frames": list(timing.repeated),
             "blended_frames": list(timing.blended),
             "dropped_frames": [list(gap) for gap in timing.dropped],
+            "combed_frames": list(timing.combed),
         },
         "markers": {name: _marker(measured.tracks, name) for name in measured.tracks.names},
         "scale": {body: _scale(scale) for body, scale in measured.scales.items()},

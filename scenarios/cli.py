@@ -75,10 +75,12 @@ def _convert(options: argparse.Namespace) -> int:
         end_s=options.end,
     )
     with progress_line("convert") as progress:
-        motion = convert_recording(
+        conversion = convert_recording(
             recording, options.out, tracks=options.tracks, fps=options.fps, progress=progress
         )
-    print(f"{motion.parent}: tracks.csv, motion.csv, boundary_conditions, overlay.mp4")
+    for warning in conversion.warnings:
+        sys.stderr.write(f"drinksim: warning: {warning}\n")
+    print(f"{conversion.motion.parent}: tracks.csv, motion.csv, boundary_conditions, overlay.mp4")
     return 0
 
 
@@ -229,10 +231,10 @@ def _demo(options: argparse.Namespace) -> int:
     film, sheet = out / "A38-F.mp4", out / "A38-F.png"
     histories, imprint = out / "A38-F-history.png", out / "A38-F-imprint.png"
     with _stage("1/4 convert: video to motion") as progress:
-        motion = convert_recording(scenario.recording, out / "conversion", progress=progress)
+        conversion = convert_recording(scenario.recording, out / "conversion", progress=progress)
     with _stage("2/4 replay: motion to contact") as progress:
         run = replay_into(
-            scenario.with_motion(motion), out / "replay", resume=False, progress=progress
+            scenario.with_motion(conversion.motion), out / "replay", resume=False, progress=progress
         )
     with _stage("3/4 animate: model beside recording") as progress:
         animate(run.folder, film, beside_video=True, progress=progress)

@@ -31,6 +31,14 @@ class Run:
     peaks: str
 
 
+@dataclass(frozen=True)
+class Conversion:
+    """The motion file that a conversion wrote, and what its reader must know."""
+
+    motion: Path
+    warnings: tuple[str, ...]
+
+
 def convert_recording(
     recording: Recording,
     out: Path,
@@ -38,8 +46,8 @@ def convert_recording(
     tracks: Path | None = None,
     fps: float | None = None,
     progress: Progress,
-) -> Path:
-    """Convert a recording into the directory ``out`` and return its ``motion.csv``.
+) -> Conversion:
+    """Convert a recording into the directory ``out``.
 
     ``tracks`` and ``fps`` are those of :func:`mocap.convert.convert`.
     """
@@ -48,7 +56,7 @@ def convert_recording(
     def say(what: str, done: int, total: int) -> None:
         progress(done / total if total else 0.0, what)
 
-    convert(
+    result = convert(
         recording.video,
         recording.markers,
         out,
@@ -58,7 +66,7 @@ def convert_recording(
         fps=fps,
         progress=say,
     )
-    return out / "motion.csv"
+    return Conversion(out / "motion.csv", tuple(result.summary["warnings"]))
 
 
 def replay_into(scenario: Scenario, out: Path, *, resume: bool, progress: Progress) -> Run:
@@ -108,11 +116,11 @@ def _provided_motion(scenario: Scenario, writer: SolutionWriter, progress: Progr
     kept = folder / "motion.csv"
     if scenario.motion is None:
         assert scenario.recording is not None  # a scenario has a motion or a recording
-        return (
-            kept
-            if kept.is_file()
-            else convert_recording(scenario.recording, folder, progress=progress)
-        )
+        if not kept.is_file():
+            conversion = convert_recording(scenario.recording, folder, progress=progress)
+            for warning in conversion.warnings:
+                writer.log(f"recording: {warning}")
+        return kept
     motion = Path(scenario.motion.file)
     if not motion.is_file():
         raise ScenarioError(f"no motion file {motion}: make one with drinksim convert")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import av
+import numpy as np
 import pytest
 from made_up_sip import (
     COUNT,
@@ -20,10 +22,13 @@ from made_up_sip import (
     write_small_recording,
 )
 
+from mocap.synthetic import write_recording
+from mocap.video import Video
 from scenarios import run
 from scenarios.cli import main
 from scenarios.drinking import Outcome
 from scenarios.progress import progress_line
+from scenarios.rendering import LIBRARY
 from scenarios.solution import Increment, Model, Solution
 from scenarios.spec import Scenario
 
@@ -97,6 +102,22 @@ def test_a_wrong_marker_file(
     )
     assert all(word in line for word in wanted)
     assert not (tmp_path / "out").exists()
+
+
+def test_what_a_conversion_warns_of_is_said_on_screen(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    sip = LIBRARY / "A38-F"
+    shown = Video(sip / "recording.mp4").frames(end_s=0.8)
+    frames = [frame.colour()[..., ::-1] for frame in shown]
+    frames[15] = frames[14]
+    write_recording(tmp_path / "v.mp4", frames, np.arange(len(frames)) / 25)
+    video, markers, out = tmp_path / "v.mp4", sip / "markers.toml", tmp_path / "out"
+    assert main(["convert", str(video), "--markers", str(markers), "--out", str(out)]) == 0
+    said = capsys.readouterr().err.splitlines()
+    assert any("frame 15 repeats what was shown before" in line for line in said)
+    warnings = json.loads((out / "summary.json").read_text(encoding="utf-8"))["warnings"]
+    assert said == [f"drinksim: warning: {warning}" for warning in warnings]
 
 
 def test_an_unknown_scenario(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
