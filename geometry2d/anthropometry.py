@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,16 +35,20 @@ class HeadError(ValueError):
     """The measurements do not describe a head."""
 
 
-def _measured(default: float, unit: str, source: str, description: str) -> float:
-    value: float = field(
-        default=default, metadata={"unit": unit, "source": source, "description": description}
-    )
-    return value
+def _measured(
+    default: float | None, unit: str, source: str, description: str, spread: float | None = None
+) -> Any:
+    """Return a field; ``spread`` is the standard deviation among people, where a source has one."""
+    metadata = {"unit": unit, "source": source, "description": description, "spread": spread}
+    return field(default=default, metadata=metadata)
 
 
 @dataclass(frozen=True)
 class HeadMeasurements:
-    """Named measurements of a head; the metadata of every field give unit, source and meaning."""
+    """Named measurements of a head; the metadata of every field give unit, source and meaning.
+
+    Where the source has a standard deviation, the metadata hold it as ``spread``.
+    """
 
     # Where the face hangs on the jaw's hinge.
     hinge_forward_mm: float = _measured(
@@ -68,52 +73,65 @@ class HeadMeasurements:
         104.3, "mm", "the recordings' [scale] head", "ear marker to the marker beside the nose tip"
     )
     # Profile, horizontal positions from the true vertical through subnasale.
-    nose_projection_mm: float = _measured(17.4, "mm", ARNETT, "nose tip ahead of subnasale")
+    nose_projection_mm: float = _measured(17.4, "mm", ARNETT, "nose tip ahead of subnasale", 1.7)
     nose_tip_height_mm: float = _measured(10.5, "mm", ESTIMATE, "nose tip above subnasale")
     nasolabial_angle_deg: float = _measured(
-        105.7, "deg", CELEBI, "between columella and the line subnasale to upper lip"
+        105.7,
+        "deg",
+        CELEBI,
+        "at subnasale, between columella and the foremost point of the upper lip",
+        9.5,
     )
     nasion_height_mm: float = _measured(
         56.6, "mm", f"{ARNETT}: 137.7 - 81.1", "nasion above subnasale"
     )
-    glabella_projection_mm: float = _measured(-8.0, "mm", ARNETT, "glabella ahead of subnasale")
-    upper_lip_length_mm: float = _measured(
-        24.4, "mm", ARNETT, "subnasale to the lower margin of the upper lip"
+    glabella_projection_mm: float = _measured(
+        -8.0, "mm", ARNETT, "glabella ahead of subnasale", 2.5
     )
-    upper_lip_projection_mm: float = _measured(3.3, "mm", ARNETT, "upper lip ahead of subnasale")
+    upper_lip_length_mm: float = _measured(
+        24.4, "mm", ARNETT, "subnasale to the lower margin of the upper lip", 2.5
+    )
+    upper_lip_projection_mm: float = _measured(
+        3.3, "mm", ARNETT, "upper lip ahead of subnasale", 1.7
+    )
     upper_lip_thickness_mm: float = _measured(
-        14.8, "mm", ARNETT, "foremost point of the upper lip to its inner side"
+        14.8, "mm", ARNETT, "foremost point of the upper lip to its inner side", 1.4
     )
     upper_vermilion_mm: float = _measured(
         8.0, "mm", "7-9 mm in Europeans", "height of the upper lip's red part"
     )
     a_point_projection_mm: float = _measured(
-        -0.3, "mm", ARNETT, "hollow of the upper lip (A') ahead of subnasale"
+        -0.3, "mm", ARNETT, "hollow of the upper lip (A') ahead of subnasale", 1.0
     )
     interlabial_gap_mm: float = _measured(
-        2.4, "mm", ARNETT, "gap of the relaxed lips, teeth closed"
+        2.4, "mm", ARNETT, "gap of the relaxed lips, teeth closed", 1.1
     )
     lower_lip_length_mm: float = _measured(
-        54.3, "mm", ARNETT, "upper margin of the lower lip to menton"
+        54.3, "mm", ARNETT, "upper margin of the lower lip to menton", 2.4
     )
-    lower_lip_projection_mm: float = _measured(1.0, "mm", ARNETT, "lower lip ahead of subnasale")
+    lower_lip_projection_mm: float = _measured(
+        1.0, "mm", ARNETT, "lower lip ahead of subnasale", 2.2
+    )
     lower_lip_thickness_mm: float = _measured(
-        15.1, "mm", ARNETT, "foremost point of the lower lip to its inner side"
+        15.1, "mm", ARNETT, "foremost point of the lower lip to its inner side", 1.2
     )
     lower_vermilion_mm: float = _measured(
         10.0, "mm", "9-11 mm in Europeans", "height of the lower lip's red part"
     )
     sulcus_projection_mm: float = _measured(
-        -7.1, "mm", ARNETT, "labiomental fold (B') ahead of subnasale"
+        -7.1, "mm", ARNETT, "labiomental fold (B') ahead of subnasale", 1.6
     )
     sulcus_below_lip_mm: float = _measured(
-        20.7, "mm", "anthropometry table, 2019", "lower lip's margin to the labiomental fold"
+        20.7, "mm", "anthropometry table, 2019", "lower lip's margin to the labiomental fold", 1.1
     )
     mentolabial_angle_deg: float = _measured(
-        120.0, "deg", "most liked 107-118, accepted to 140 (2017)", "between lower lip and chin"
+        120.0,
+        "deg",
+        "most liked 107-118, accepted to 140 (2017)",
+        "between the lower lip's tangent where its red part ends and the chin's steepest",
     )
     pogonion_projection_mm: float = _measured(
-        -3.5, "mm", ARNETT, "foremost point of the chin ahead of subnasale"
+        -3.5, "mm", ARNETT, "foremost point of the chin ahead of subnasale", 1.8
     )
     pogonion_above_menton_mm: float = _measured(20.0, "mm", ESTIMATE, "pogonion above menton")
     menton_behind_pogonion_mm: float = _measured(
@@ -126,13 +144,39 @@ class HeadMeasurements:
     sulcus_thickness_mm: float = _measured(
         11.5, "mm", ESTIMATE, "tissue over the lower jaw at the labiomental fold"
     )
-    pogonion_thickness_mm: float = _measured(13.5, "mm", ARNETT, "tissue over the chin, in front")
-    menton_thickness_mm: float = _measured(8.8, "mm", ARNETT, "tissue under the chin")
+    pogonion_thickness_mm: float = _measured(
+        13.5, "mm", ARNETT, "tissue over the chin, in front", 2.3
+    )
+    menton_thickness_mm: float = _measured(8.8, "mm", ARNETT, "tissue under the chin", 1.3)
     nose_thickness_mm: float = _measured(
         13.0, "mm", "bulk of 10-20 mm in the study", "tissue of the nose over cartilage"
     )
     dermis_thickness_mm: float = _measured(
-        1.0, "mm", "about 1 mm in the study; 1.11-1.94 mm in men", "dermis of the skin"
+        1.0,
+        "mm",
+        "about 1 mm in the study; 1.11-1.94 mm in men",
+        "dermis of the skin where no place says otherwise",
+    )
+    nose_dermis_mm: float | None = _measured(
+        None,
+        "mm",
+        "1.25: 3.30 times the eyelid's 0.38 (Ha 2005)",
+        "dermis at the tip of the nose; between two places it changes smoothly",
+    )
+    philtrum_dermis_mm: float | None = _measured(
+        None, "mm", "1.11-1.94 in men (180 patients)", "dermis at the hollow of the upper lip, A'"
+    )
+    fold_dermis_mm: float | None = _measured(
+        None, "mm", "1.11-1.94 in men (180 patients)", "dermis at the labiomental fold, B'"
+    )
+    chin_dermis_mm: float | None = _measured(
+        None,
+        "mm",
+        "1.19: 3.14 times the eyelid's 0.38 (Ha 2005, as in the study)",
+        "dermis over the foremost point of the chin",
+    )
+    submental_dermis_mm: float | None = _measured(
+        None, "mm", "1.02 ± 0.24 in men, by ultrasound (2022)", "dermis under the chin", 0.24
     )
     vermilion_thickness_mm: float = _measured(
         1.0, "mm", "about 1 mm in the study", "dermis of the red part and of the lip's margin"
@@ -142,9 +186,11 @@ class HeadMeasurements:
     )
     # Teeth and jaw.
     incisor_exposure_mm: float = _measured(
-        3.9, "mm", ARNETT, "edge of the upper incisor below the upper lip"
+        3.9, "mm", ARNETT, "edge of the upper incisor below the upper lip", 1.2
     )
-    overbite_mm: float = _measured(3.2, "mm", ARNETT, "upper incisor's edge below the lower one's")
+    overbite_mm: float = _measured(
+        3.2, "mm", ARNETT, "upper incisor's edge below the lower one's", 0.7
+    )
     upper_crown_mm: float = _measured(10.5, "mm", "Wheeler: 10-11 mm", "upper incisor's crown")
     upper_crown_depth_mm: float = _measured(7.0, "mm", "Wheeler", "upper incisor, front to back")
     upper_crown_slope_deg: float = _measured(
@@ -171,11 +217,12 @@ class HeadMeasurements:
     def __post_init__(self) -> None:
         for entry in dataclasses.fields(self):
             value = getattr(self, entry.name)
+            if value is None:
+                continue
             if not np.isfinite(value):
                 raise HeadError(f"{entry.name} is {value}: give a finite number")
-        for name in _POSITIVE:
-            if getattr(self, name) <= 0:
-                raise HeadError(f"{name} is {getattr(self, name)}: it must be greater than zero")
+            if entry.name in _POSITIVE and value <= 0:
+                raise HeadError(f"{entry.name} is {value}: it must be greater than zero")
         for name, low, high in _RANGES:
             value = getattr(self, name)
             if not low <= value <= high:
@@ -185,7 +232,9 @@ class HeadMeasurements:
 _POSITIVE = tuple(
     entry.name
     for entry in dataclasses.fields(HeadMeasurements)
-    if entry.name.endswith(("_thickness_mm", "_length_mm", "_vermilion_mm", "_crown_mm"))
+    if entry.name.endswith(
+        ("_thickness_mm", "_dermis_mm", "_length_mm", "_vermilion_mm", "_crown_mm")
+    )
     or entry.name in ("hinge_incisor_mm", "ear_nose_mm", "tooth_clearance_mm", "dermis_wrap_mm")
 )
 _RANGES = (

@@ -11,7 +11,7 @@ import skfem
 from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.head import HeadSection
-from geometry2d.likeness import cranium
+from geometry2d.likeness import cranium, ear
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.regions import Section
@@ -66,7 +66,7 @@ def draw_head(
     head
         What to draw.
     face
-        Whether to draw the silhouette from forehead to neck.
+        Whether to draw the silhouette from forehead to neck, and the ear.
     tissue
         Whether to draw the lips; leave out where a deformed mesh takes their place.
     palette
@@ -78,6 +78,8 @@ def draw_head(
         axes.fill(*head.mouth.T, facecolor=palette.mouth, edgecolor="none", zorder=1.5)
         for part in _above_and_below_mouth(head):
             axes.plot(*part.T, color=palette.profile, linewidth=1.0, zorder=6)
+        for curve in ear():
+            axes.plot(*curve.T, color=palette.profile, linewidth=0.8, zorder=2)
     for jaw in (head.upper_jaw, head.lower_jaw):
         axes.fill(
             *jaw.T, facecolor=palette.bone, edgecolor=palette.bone_edge, linewidth=0.7, zorder=3

@@ -92,15 +92,33 @@ def cranium(profile: Array) -> Array:
     )
 
 
+def ear() -> list[Array]:
+    """Return helix and concha of an ear of usual size (63 mm) as curves (n, 2), mm.
+
+    The ear marker sits on the tragus, the origin. No measurement is taken from it.
+    """
+    helix = through_landmarks(
+        [(0.5, 4.0), (2.0, 18.0), (-14.0, 34.0), (-32.0, 20.0), (-22.0, -12.0), (-7.0, -29.0),
+         (0.0, -14.0), (0.5, -3.0)],
+        [80.0, 95.0, 180.0, 268.0, 298.0, 0.0, 88.0, 80.0],
+    )  # fmt: skip
+    concha = through_landmarks(
+        [(-5.0, 15.0), (-13.0, 24.0), (-23.0, 14.0), (-15.0, -9.0), (-5.0, -10.0), (-1.5, -4.0)],
+        [100.0, 180.0, 265.0, 305.0, 20.0, 75.0],
+    )
+    return [helix, concha]
+
+
 def upper_jaw(lip: Lip) -> Array:
     """Return the polygon (n, 2) of upper jaw, palate and nasal septum behind a lip."""
     front = stretch(lip.chain, 0.0, lip.fornix)
     top, gum = front[0], front[-1]
     palate = _palate(lip)
-    floor = np.array(
-        [palate[-1] + shift(0.0, 6.0), gum + shift(-7.0, 13.0), top + shift(-9.0, 4.0)]
+    septum = through_landmarks(
+        [palate[-1] + shift(0.0, 6.0), gum + shift(-7.0, 13.0), top + shift(-9.0, 4.0), top],
+        [0.0, 25.0, 35.0, -50.0],
     )
-    return np.concatenate([front[:-1], palate, floor])
+    return np.concatenate([front[:-1], palate, septum[:-1]])
 
 
 def lower_jaw(lip: Lip) -> Array:

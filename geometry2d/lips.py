@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import PchipInterpolator
 
 from geometry2d.anthropometry import (
     CROWN_BULGE_MM,
@@ -49,10 +50,22 @@ FOCUS_REACH_MM = 24.0
 """How far out from the lip margin a package may touch, along the skin: nearly up to the nose."""
 INSIDE_HEADING_DEG = 68.0
 """Slope of a lip's inner side where the lip is thickest."""
+ANGLE_CORRECTIONS = 3
+FOLD_HEADING_DEG = 86.0
+"""Direction in which the skin, going up, passes the labiomental fold."""
 FOLD_TO_BONE_MM = 3.5
 """The fold between lip and jaw stays this far from the hollows A and B of the bone."""
 SUBMENTAL_LENGTH_MM = 22.0
 """How far behind menton the lower section is cut off."""
+
+DERMIS_PLACES: Mapping[str, str] = {
+    "a_point": "philtrum_dermis_mm",
+    "pronasale": "nose_dermis_mm",
+    "sulcus": "fold_dermis_mm",
+    "pogonion": "chin_dermis_mm",
+    "menton": "submental_dermis_mm",
+}
+"""Landmarks at which the dermis may be measured; between two of them it changes monotonically."""
 
 UPPER_LOOPS: Mapping[str, Loop] = {
     "dermis": (
@@ -176,7 +189,19 @@ class Lip:
         outwards = (s - self.border) if self.bone_first else (self.border - s)
         t = np.clip(0.5 + outwards / DERMIS_BLEND_MM, 0.0, 1.0)
         blend: Array = t * t * (3 - 2 * t)
-        return m.vermilion_thickness_mm + blend * (m.dermis_thickness_mm - m.vermilion_thickness_mm)
+        return m.vermilion_thickness_mm + blend * (self._skin(s, m) - m.vermilion_thickness_mm)
+
+    def _skin(self, s: Array, m: HeadMeasurements) -> Array:
+        """Thickness of the dermis, mm, at arc lengths (n,) as if the lip had no red part."""
+        measured = {
+            nearest_arc_length(self.chain, self.landmarks[place]): getattr(m, name)
+            for place, name in DERMIS_PLACES.items()
+            if place in self.landmarks
+        }
+        along = sorted(measured)
+        thickness = [m.dermis_thickness_mm if measured[a] is None else measured[a] for a in along]
+        between: Array = PchipInterpolator(along, thickness)(np.clip(s, along[0], along[-1]))
+        return between
 
 
 def upper_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
@@ -251,6 +276,7 @@ def upper_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
             chain,
             pronasale=face.nose_tip,
             subnasale=np.zeros(2),
+            a_point=np.array([m.a_point_projection_mm, a_height]),
             upper_lip=face.upper_lip,
             labrale_superius=face.upper_border,
             stomion_upper=face.stomion_upper,
@@ -274,32 +300,6 @@ def lower_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
     behind = np.array([-SUBMENTAL_LENGTH_MM, 1.5])
     cut = face.menton + behind
     bone_end = cut + shift(-0.5, m.menton_thickness_mm + 2.0)
-    chin_deg = float(np.rad2deg(np.arctan2(*(face.sulcus - face.pogonion)[::-1]))) - 90.0
-    lip_deg = 90.0 - (180.0 - m.mentolabial_angle_deg - 1.6 * chin_deg)
-    skin = through_landmarks(
-        [
-            cut,
-            face.menton,
-            face.pogonion,
-            face.sulcus,
-            face.lower_border,
-            face.lower_lip,
-            face.stomion_lower,
-            face.lower_inside,
-            front[0],
-        ],
-        [
-            -4.0,
-            0.0,
-            90.0,
-            86.0,
-            lip_deg,
-            90.0,
-            180.0,
-            180.0 + INSIDE_HEADING_DEG,
-            heading_deg(front[:2]),
-        ],
-    )
     bone = through_landmarks(
         [
             front[-1],
@@ -310,10 +310,42 @@ def lower_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
         ],
         [heading_deg(front[-2:]), 271.0, 268.0, 190.0, 176.0],
     )
-    chain = smoothed(
-        resampled(np.concatenate([skin[:-1], front, bone[1:]]), POLYLINE_SPACING_MM),
-        SMOOTHING_WIDTH_MM,
-    )
+
+    def drawn(lip_deg: float) -> Array:
+        skin = through_landmarks(
+            [
+                cut,
+                face.menton,
+                face.pogonion,
+                face.sulcus,
+                face.lower_border,
+                face.lower_lip,
+                face.stomion_lower,
+                face.lower_inside,
+                front[0],
+            ],
+            [
+                -4.0,
+                0.0,
+                90.0,
+                FOLD_HEADING_DEG,
+                lip_deg,
+                90.0,
+                180.0,
+                180.0 + INSIDE_HEADING_DEG,
+                heading_deg(front[:2]),
+            ],
+        )
+        return smoothed(
+            resampled(np.concatenate([skin[:-1], front, bone[1:]]), POLYLINE_SPACING_MM),
+            SMOOTHING_WIDTH_MM,
+        )
+
+    # Smoothing turns the tangent a little: draw, measure, and draw again with what was missing.
+    lip_deg = m.mentolabial_angle_deg - 67.0
+    for _ in range(ANGLE_CORRECTIONS):
+        lip_deg += m.mentolabial_angle_deg - _mentolabial_angle_deg(drawn(lip_deg), face)
+    chain = drawn(lip_deg)
     return Lip(
         chain=chain,
         bone_first=False,
@@ -333,6 +365,18 @@ def lower_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
     )
 
 
+def _mentolabial_angle_deg(chain: Array, face: ClosedFace) -> float:
+    """Angle between the tangent where the lip's red part ends and the steepest one of the chin."""
+    border, fold, chin = (
+        nearest_arc_length(chain, point)
+        for point in (face.lower_border, face.sulcus, face.pogonion)
+    )
+    lip_deg = heading_deg(at_arc_lengths(chain, [border - 0.5, border + 0.5]))
+    step = np.diff(stretch(chain, chin, fold), axis=0)
+    chin_deg = float(np.rad2deg(np.max(np.arctan2(step[:, 1], step[:, 0]))))
+    return 180.0 - (chin_deg - lip_deg)
+
+
 def _upper_tooth(m: HeadMeasurements, face: ClosedFace, a_bone: Array) -> Outline:
     """Upper incisor with the jaw above it up to A, counter-clockwise from its edge."""
     up = rotated([0.0, 1.0], np.deg2rad(m.upper_crown_slope_deg))
@@ -346,9 +390,10 @@ def _upper_tooth(m: HeadMeasurements, face: ClosedFace, a_bone: Array) -> Outlin
         top,
         top + shift(-depth - 1.0, 0.5),
         gum + shift(-depth, 1.5),
+        edge + 0.38 * crown * up + shift(-1.75, 0.0),  # the hollow in which the lower incisor bites
         edge + shift(-1.7, 0.5),
     ]
-    return _rounded_tooth("upper", corners, [0.7, 12.0, 8.0, 1.5, 1.5, 3.0, 0.6])
+    return _rounded_tooth("upper", corners, [0.7, 12.0, 8.0, 1.5, 1.5, 3.0, 5.0, 0.6])
 
 
 def _lower_tooth(m: HeadMeasurements, face: ClosedFace, b_bone: Array) -> Outline:

@@ -10,34 +10,46 @@ from hypothesis import strategies as st
 from geometry2d.curves import left_normals
 from geometry2d.head import HeadError, HeadMeasurements, head_section
 
-STANDARD_DEVIATION = {
-    "nose_projection_mm": 1.7,
-    "nasolabial_angle_deg": 9.5,
-    "upper_lip_length_mm": 2.5,
-    "upper_lip_projection_mm": 1.7,
-    "upper_lip_thickness_mm": 1.4,
-    "interlabial_gap_mm": 1.1,
-    "lower_lip_length_mm": 2.4,
-    "lower_lip_projection_mm": 2.2,
-    "lower_lip_thickness_mm": 1.2,
-    "sulcus_projection_mm": 1.6,
-    "mentolabial_angle_deg": 10.0,
-    "pogonion_projection_mm": 1.8,
-    "pogonion_thickness_mm": 2.3,
-    "menton_thickness_mm": 1.3,
+MEAN = HeadMeasurements()
+# Where the literature names no standard deviation, a spread that people surely have.
+SPREAD = {
+    entry.name: entry.metadata["spread"]
+    for entry in dataclasses.fields(HeadMeasurements)
+    if entry.metadata["spread"] is not None and entry.default is not None
+} | {
+    "hinge_incisor_mm": 3.0,
+    "nose_tip_height_mm": 1.5,
+    "nasion_height_mm": 3.0,
+    "upper_vermilion_mm": 0.7,
+    "lower_vermilion_mm": 0.7,
+    "mentolabial_angle_deg": 8.0,
     "dermis_thickness_mm": 0.25,
     "vermilion_thickness_mm": 0.25,
-    "incisor_exposure_mm": 1.2,
-    "overbite_mm": 0.7,
+    "upper_crown_mm": 0.5,
+    "lower_crown_mm": 0.5,
     "jaw_opening_deg": 3.0,
 }
+DERMIS_PLACES = {
+    "nose_dermis_mm": ("upper", "pronasale"),
+    "philtrum_dermis_mm": ("upper", "a_point"),
+    "fold_dermis_mm": ("lower", "sulcus"),
+    "chin_dermis_mm": ("lower", "pogonion"),
+    "submental_dermis_mm": ("lower", "menton"),
+}
 
-MEAN = HeadMeasurements()
-heads = st.builds(
-    lambda **by: dataclasses.replace(
-        MEAN, **{n: getattr(MEAN, n) + STANDARD_DEVIATION[n] * k for n, k in by.items()}
+
+def person(**by):
+    return dataclasses.replace(
+        MEAN, **{name: getattr(MEAN, name) + SPREAD[name] * k for name, k in by.items()}
+    )
+
+
+# Everything at once within 1.3 standard deviations, or any three measurements within two.
+heads = st.one_of(
+    st.builds(person, **{name: st.floats(-1.3, 1.3) for name in SPREAD}),
+    st.dictionaries(st.sampled_from(sorted(SPREAD)), st.floats(-2.0, 2.0), max_size=3).map(
+        lambda by: person(**by)
     ),
-    **{name: st.floats(-1.3, 1.3) for name in STANDARD_DEVIATION},
 )
 
 mean_head = cache(head_section)
@@ -101,6 +113,46 @@ def test_measuring_the_head_gives_the_measurements(measurements):
     assert np.hypot(*(at["lower_incisor"] - at["hinge"])) == pytest.approx(m.hinge_incisor_mm)
 
 
+def direction_deg(vector):
+    return float(np.rad2deg(np.arctan2(vector[1], vector[0])))
+
+
+def nearest_index(curve, point):
+    return int(np.argmin(np.hypot(*(curve - point).T)))
+
+
+@given(heads)
+@settings(max_examples=40, deadline=None)
+def test_nasolabial_angle_measured_on_the_skin(measurements):
+    """Between the lip's foremost point, subnasale, and the middle of the columella."""
+    head = closed(measurements)
+    skin, subnasale = head.upper.curves["skin"], head.landmarks["subnasale"]
+    nose = skin[nearest_index(skin, subnasale) :]
+    reach = np.hypot(*(nose - subnasale).T)
+    columella = nose[np.argmax(reach > 0.5 * measurements.nose_projection_mm)]
+    lip = skin[: nearest_index(skin, subnasale)]
+    lip = lip[lip[:, 1] < 0.5 * (subnasale[1] + head.landmarks["upper_lip"][1])]
+    foremost = lip[np.argmax(lip[:, 0])]
+    angle = direction_deg(columella - subnasale) - direction_deg(foremost - subnasale)
+    assert angle == pytest.approx(measurements.nasolabial_angle_deg, abs=1.5)
+
+
+@given(heads)
+@settings(max_examples=40, deadline=None)
+def test_mentolabial_angle_measured_on_the_skin(measurements):
+    """Between the tangents of the lip, where its red part ends, and of the chin's steepest part."""
+    head = closed(measurements)
+    skin = head.lower.curves["skin"]
+    border, fold, chin = (
+        nearest_index(skin, head.landmarks[name])
+        for name in ("labrale_inferius", "sulcus", "pogonion")
+    )
+    lip = direction_deg(skin[border + 5] - skin[border - 5])
+    step = np.diff(skin[chin:fold], axis=0)
+    angle = 180.0 - (np.rad2deg(np.arctan2(step[:, 1], step[:, 0])).max() - lip)
+    assert angle == pytest.approx(measurements.mentolabial_angle_deg, abs=1.5)
+
+
 @given(heads)
 @settings(max_examples=20, deadline=None)
 def test_lips_are_as_thick_as_measured(measurements):
@@ -133,6 +185,47 @@ def test_dermis_is_as_thick_as_asked(measurements):
         )
         np.testing.assert_allclose(thickness[outside], measurements.dermis_thickness_mm, rtol=0.02)
         np.testing.assert_allclose(thickness[red], measurements.vermilion_thickness_mm, rtol=0.02)
+
+
+def test_dermis_may_be_measured_in_five_places():
+    thickness = dict(zip(DERMIS_PLACES, (1.25, 1.5, 1.3, 1.19, 1.02), strict=True))
+    head = head_section(dataclasses.replace(MEAN, **thickness))
+    for name, (lip, place) in DERMIS_PLACES.items():
+        curves = getattr(head, lip).curves
+        point = curves["skin"][nearest_index(curves["skin"], head.landmarks[place])]
+        inside = shapely.LineString(curves["interface"])
+        assert inside.distance(shapely.Point(point)) == pytest.approx(thickness[name], abs=0.01)
+    for lip, margin in ((head.upper, "stomion_upper"), (head.lower, "stomion_lower")):
+        inside = shapely.LineString(lip.curves["interface"])
+        distance = inside.distance(shapely.Point(head.landmarks[margin]))
+        assert distance == pytest.approx(MEAN.vermilion_thickness_mm, abs=0.02)
+
+
+def test_dermis_between_two_places_lies_between_their_thicknesses():
+    head = head_section(dataclasses.replace(MEAN, fold_dermis_mm=1.4, chin_dermis_mm=1.1))
+    skin = head.lower.curves["skin"]
+    chin, fold = (nearest_index(skin, head.landmarks[name]) for name in ("pogonion", "sulcus"))
+    inside = shapely.LineString(head.lower.curves["interface"])
+    thickness = shapely.distance(shapely.points(skin[chin:fold]), inside)
+    assert np.all(np.diff(thickness) > -1e-3)
+    assert thickness[0] == pytest.approx(1.1, abs=0.01)
+    assert thickness[-1] == pytest.approx(1.4, abs=0.01)
+
+
+def test_dermis_measured_nowhere_is_the_same_everywhere():
+    places = dict.fromkeys(DERMIS_PLACES, MEAN.dermis_thickness_mm)
+    named, plain = head_section(dataclasses.replace(MEAN, **places)), mean_head()
+    for lip in ("upper", "lower"):
+        for name, curve in getattr(plain, lip).curves.items():
+            assert np.array_equal(curve, getattr(named, lip).curves[name])
+
+
+def test_teeth_bite_without_touching():
+    head = closed(MEAN)
+    upper, lower = (
+        shapely.Polygon(tooth.sampled(0.05)) for tooth in (head.upper_tooth, head.lower_tooth)
+    )
+    assert not upper.intersects(lower)
 
 
 def test_skin_has_no_kink():
@@ -209,6 +302,8 @@ def test_every_measurement_has_unit_source_and_description():
     ("wrong", "named"),
     [
         ({"dermis_thickness_mm": 0.0}, "dermis_thickness_mm"),
+        ({"chin_dermis_mm": -1.0}, "chin_dermis_mm"),
+        ({"nose_dermis_mm": float("inf")}, "nose_dermis_mm"),
         ({"jaw_opening_deg": 40.0}, "jaw_opening_deg"),
         ({"upper_lip_length_mm": float("nan")}, "upper_lip_length_mm"),
         ({"ear_nose_mm": 200.0}, "ear_nose_mm"),
