@@ -14,12 +14,13 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from fem2d.body import Response
 from fem2d.contact import ContactResponse
 from fem2d.instability import Instability, instability_of
 from fem2d.linear import DirectSolver, SingularMatrixError
-from fem2d.newton import NewtonResult, NewtonSettings, solve
+from fem2d.newton import NewtonResult, NewtonSettings, NewtonStatus, solve
 from fem2d.state import State
-from fem2d.system import System
+from fem2d.system import Energies, System, SystemBalance
 from fem2d.tissue_contact import TissueResponse
 from geometry2d.rigid import RigidMotion, RigidPlacement
 
@@ -53,8 +54,8 @@ class StepSettings:
     longest_s: float = field(default=0.04, metadata={"unit": "s", "help": "longest step"})
     shortest_s: float = field(default=1e-7, metadata={"unit": "s", "help": "shortest step"})
     travel_mm: float = field(default=0.3, metadata={"unit": "mm", "help": "motion per step"})
-    easy_iterations: int = field(default=5, metadata={"help": "iterations of an easy step"})
-    hard_iterations: int = field(default=10, metadata={"help": "iterations of a hard step"})
+    easy_iterations: int = field(default=7, metadata={"help": "iterations of an easy step"})
+    hard_iterations: int = field(default=14, metadata={"help": "iterations of a hard step"})
     watch_stability: bool = field(default=False, metadata={"help": "test every state"})
 
 
@@ -74,6 +75,8 @@ class Commit:
         Trials rejected since the last commit.
     duration_s
         Length of the step, s.
+    energies
+        Where the energy is.
     instability
         How the equilibrium would be unstable without inertia; None if it is stable, or if nobody
         asked.
@@ -86,6 +89,7 @@ class Commit:
     newton: NewtonResult
     cutbacks: int
     duration_s: float
+    energies: Energies
     instability: Instability | None
     folds: tuple[TissueResponse, ...] = ()
 
@@ -133,6 +137,7 @@ def march(
     newton = newton or NewtonSettings()
     last_s = float(motion.time_s[-1]) if end_s is None else end_s
     state = start
+    of_body: Response | None = None
     increments = iterations = cutbacks = 0
     while state.time_s < last_s * (1 - 1e-12):
         rejected = 0
@@ -141,7 +146,7 @@ def march(
             duration = min(
                 proposed, last_s - state.time_s, _travel_limit(system, motion, state, steps)
             )
-            trial = attempt(system, motion, state, duration, solver, newton)
+            trial, balance = attempt(system, motion, state, duration, solver, newton, of_body)
             iterations += trial.iterations
             if trial.converged:
                 break
@@ -154,9 +159,17 @@ def march(
         cutbacks += rejected
         next_step = duration * _growth(trial.iterations, rejected, steps)
         commit = committed(
-            system, motion, state, duration, trial, rejected, next_step, steps.watch_stability
+            system,
+            state,
+            duration,
+            motion.at(state.time_s + duration),
+            trial,
+            balance,
+            rejected,
+            next_step,
+            steps.watch_stability,
         )
-        state = commit.state
+        state, of_body = commit.state, balance.of_body
         increments += 1
         try:
             on_commit(commit)
@@ -172,52 +185,68 @@ def attempt(
     duration_s: float,
     solver: DirectSolver,
     newton: NewtonSettings,
-) -> NewtonResult:
-    """Try to balance the forces ``duration_s`` after ``state``; nothing is committed."""
+    of_body: Response | None = None,
+) -> tuple[NewtonResult, SystemBalance]:
+    """Try to balance the forces ``duration_s`` after ``state``; nothing is committed.
+
+    ``of_body`` is the body's response in ``state``, if it is known.
+    """
     placement = motion.at(state.time_s + duration_s)
-    start = _predicted(system, state, placement, duration_s, solver)
-    return solve(
-        lambda u: system.balance(u, placement, state, duration_s),
-        start,
-        solver=solver,
-        settings=newton,
-    )
+
+    def solved(start: Array) -> tuple[NewtonResult, SystemBalance]:
+        return solve(
+            lambda u: system.balance(u, placement, state, duration_s),
+            start,
+            solver=solver,
+            settings=newton,
+        )
+
+    trial, balance = solved(_predicted(system, state, placement, duration_s, solver, of_body))
+    if trial.status is NewtonStatus.INADMISSIBLE and trial.iterations == 0:
+        return solved(state.displacement)
+    return trial, balance
 
 
 def committed(
     system: System,
-    motion: RigidMotion,
     before: State,
     duration_s: float,
+    placement: RigidPlacement,
     trial: NewtonResult,
+    balance: SystemBalance,
     cutbacks: int,
     next_step_s: float,
     watch_stability: bool,
 ) -> Commit:
     """Make a converged trial the new committed state."""
-    time = before.time_s + duration_s
-    placement = motion.at(time)
-    contacts = system.contact_responses(trial.displacement, placement, before)
-    folds = system.fold_responses(trial.displacement, before)
     if system.inertia.density_tonne_per_mm3 > 0:
         velocity, acceleration = system.inertia.rates(before, trial.displacement, duration_s)
     else:
         velocity, acceleration = np.zeros_like(before.velocity), before.acceleration
     state = State(
-        time,
+        before.time_s + duration_s,
         placement,
         trial.displacement,
         velocity,
         acceleration,
-        tuple(c.history for c in contacts),
+        tuple(c.history for c in balance.touching),
         next_step_s,
-        tuple(f.history for f in folds),
+        tuple(f.history for f in balance.folded),
     )
     instability = None
     if watch_stability:
-        tangent = system.static_tangent(trial.displacement, contacts, folds)
+        tangent = system.static_tangent(balance.of_body, balance.touching, balance.folded)
         instability = instability_of(tangent, system.body.nodes + trial.displacement)
-    return Commit(state, contacts, trial, cutbacks, duration_s, instability, folds)
+    return Commit(
+        state,
+        balance.touching,
+        trial,
+        cutbacks,
+        duration_s,
+        system.energies(state, balance),
+        instability,
+        balance.folded,
+    )
 
 
 def _predicted(
@@ -226,20 +255,23 @@ def _predicted(
     placement: RigidPlacement,
     duration_s: float,
     solver: DirectSolver,
+    of_body: Response | None,
 ) -> Array:
     """Return where the tissue goes to first order when the rigid body moves on."""
     balance = system.balance(
-        state.displacement, state.placement, state, duration_s, body_moves_to=placement
+        state.displacement,
+        state.placement,
+        state,
+        duration_s,
+        body_moves_to=placement,
+        of_body=of_body,
     )
     try:
         solver.factorise(balance.matrix(False))
     except SingularMatrixError:
         return state.displacement
-    step = -solver.solve(balance.residual).reshape(state.displacement.shape)
-    predicted = state.displacement + step
-    if np.isfinite(system.body.energy_and_force(predicted).energy):
-        return predicted
-    return state.displacement
+    step: Array = solver.solve(balance.residual).reshape(state.displacement.shape)
+    return state.displacement - step
 
 
 def _travel_limit(system: System, motion: RigidMotion, state: State, steps: StepSettings) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -70,6 +71,10 @@ class Balance:
     matrix: Callable[[bool], sp.csr_matrix]
 
 
+SomeBalance = TypeVar("SomeBalance", bound=Balance)
+"""What is being balanced may say more about a trial than Newton's method asks."""
+
+
 @dataclass(frozen=True)
 class NewtonResult:
     """Where a Newton solve ended.
@@ -104,83 +109,97 @@ class NewtonResult:
 
 
 def solve(
-    balance_at: Callable[[Array], Balance],
+    balance_at: Callable[[Array], SomeBalance],
     start: Array,
     *,
     solver: DirectSolver,
     settings: NewtonSettings,
-) -> NewtonResult:
+) -> tuple[NewtonResult, SomeBalance]:
     """Return the displacement (n, 2) at which the residual of ``balance_at`` vanishes.
 
-    The residual has no potential (friction), so steps are judged by their work: with the step ``s``
-    and the residual ``r``, the work ``s·r`` is negative at the start of a step that leads downhill
-    and vanishes where it should end (Crisfield 1982). A step that overshoots, as when it runs into
-    contact, is shortened until most of that work is used up. A step that leads uphill, which an
-    indefinite tangent can produce, is replaced by one from the safe tangent. Once the forces no
-    longer shrink, steps are halved, which ends the cycles into which points between stick and
-    slip, or open and closed, draw a full Newton method.
+    The second value is the balance there, or at the last iterate if the solve failed.
+
+    A step that halves the unbalanced forces is taken whole. Others are judged by their work, for
+    the residual has no potential (friction): with the step ``s`` and the residual ``r``, the work
+    ``s·r`` is negative at the start of a step that leads downhill and vanishes where it should end
+    (Crisfield 1982). A step that overshoots, as when it runs into contact, is shortened until most
+    of that work is used up. A step that leads uphill, which an indefinite tangent can produce, is
+    replaced by one from the safe tangent. (An unsymmetric tangent makes steps that lead uphill and
+    are right, which is why success is asked for first.) Once the forces no longer shrink, steps
+    are halved, which ends the cycles into which points between stick and slip, or open and closed,
+    draw a full Newton method.
     """
     displacement = start
     balance = balance_at(displacement)
     norms = [_norm(balance)]
+
+    def ended(status: NewtonStatus) -> tuple[NewtonResult, SomeBalance]:
+        return NewtonResult(status, displacement, tuple(norms), balance.force_scale), balance
+
     if not np.isfinite(norms[0]):
-        return NewtonResult(
-            NewtonStatus.INADMISSIBLE, displacement, tuple(norms), balance.force_scale
-        )
+        return ended(NewtonStatus.INADMISSIBLE)
     for _ in range(settings.iterations):
+        damped = len(norms) > 4 and norms[-1] > 0.5 * norms[-3]
         try:
-            step, work = _downhill_step(balance, solver)
+            found = _next_iterate(balance_at, displacement, balance, solver, damped)
         except SingularMatrixError:
-            return NewtonResult(
-                NewtonStatus.SINGULAR, displacement, tuple(norms), balance.force_scale
-            )
-        if len(norms) > 4 and norms[-1] > 0.5 * norms[-3]:
-            step, work = 0.5 * step, 0.5 * work
-        found = _along(balance_at, displacement, step.reshape(start.shape), work, norms[-1])
+            return ended(NewtonStatus.SINGULAR)
         if found is None:
-            return NewtonResult(
-                NewtonStatus.INADMISSIBLE, displacement, tuple(norms), balance.force_scale
-            )
+            return ended(NewtonStatus.INADMISSIBLE)
         displacement, balance = found
         norms.append(_norm(balance))
         if norms[-1] <= settings.tolerance * max(balance.force_scale, settings.force_floor_n):
-            return NewtonResult(
-                NewtonStatus.CONVERGED, displacement, tuple(norms), balance.force_scale
-            )
+            return ended(NewtonStatus.CONVERGED)
         if len(norms) > settings.patience and min(norms[-settings.patience :]) > 0.5 * min(
             norms[: -settings.patience]
         ):
-            return NewtonResult(
-                NewtonStatus.STALLED, displacement, tuple(norms), balance.force_scale
-            )
-    return NewtonResult(
-        NewtonStatus.TOO_MANY_ITERATIONS, displacement, tuple(norms), balance.force_scale
-    )
+            return ended(NewtonStatus.STALLED)
+    return ended(NewtonStatus.TOO_MANY_ITERATIONS)
 
 
-def _downhill_step(balance: Balance, solver: DirectSolver) -> tuple[Array, float]:
-    """Return a Newton step (n_dof,) and the negative work of the residual on it."""
-    for safe in (False, True):
-        solver.factorise(balance.matrix(safe))
+def _next_iterate(
+    balance_at: Callable[[Array], SomeBalance],
+    displacement: Array,
+    balance: SomeBalance,
+    solver: DirectSolver,
+    damped: bool,
+) -> tuple[Array, SomeBalance] | None:
+    """Return where one step leads, and the balance there; None if no place is admissible."""
+    solver.factorise(balance.matrix(False))
+    step = -solver.solve(balance.residual)
+    work = float(step @ balance.residual)
+    if damped:
+        step, work = 0.5 * step, 0.5 * work
+    whole = displacement + step.reshape(displacement.shape)
+    there = balance_at(whole)
+    if _norm(there) < 0.5 * _norm(balance):
+        return whole, there
+    if work >= 0:
+        solver.factorise(balance.matrix(True))
         step = -solver.solve(balance.residual)
         work = float(step @ balance.residual)
-        if work < 0:
-            break
-    return step, work
+        there = balance_at(displacement + step.reshape(displacement.shape))
+    return _along(balance_at, displacement, balance, step.reshape(displacement.shape), work, there)
 
 
 def _along(
-    balance_at: Callable[[Array], Balance],
+    balance_at: Callable[[Array], SomeBalance],
     displacement: Array,
+    balance: SomeBalance,
     step: Array,
     work: float,
-    norm: float,
-) -> tuple[Array, Balance] | None:
-    """Return how far to go along a step, and the balance there; None if no place is admissible."""
+    there: SomeBalance,
+) -> tuple[Array, SomeBalance] | None:
+    """Return how far to go along a step, and the balance there; None if no place is admissible.
+
+    ``work`` is that of the residual on the step where it starts, ``there`` the balance at its end.
+    """
     share, below, work_below = 1.0, 0.0, work
     above = work_above = np.inf
+    norm = _norm(balance)
     for trial in range(LINE_SEARCH_TRIALS):
-        there = balance_at(displacement + share * step)
+        if trial > 0:
+            there = balance_at(displacement + share * step)
         norm_there = _norm(there)
         if not np.isfinite(norm_there):
             above, work_above = share, np.inf

@@ -290,7 +290,7 @@ def settle(
     if reach is not None:
         return _reached(system, before, load, reach, solver)
     start = system.predicted(before, load, solver=solver) if guess is None else guess
-    result = solve(
+    result, _ = solve(
         lambda u: system.balance(u, load, before.histories), start, solver=solver, settings=NEWTON
     )
     residual = system._residual(result.displacement, load, before.histories)

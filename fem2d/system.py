@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fem2d.body import Body
+from fem2d.body import Body, Response
 from fem2d.contact import ContactResponse, RigidContact
 from fem2d.inertia import Inertia
 from fem2d.newton import Balance
@@ -32,6 +32,24 @@ class Energies:
     tie: float
     penalty: float
     kinetic: float
+
+
+@dataclass(frozen=True)
+class SystemBalance(Balance):
+    """Unbalanced forces of a system, and what its parts do there.
+
+    Attributes
+    ----------
+    of_body
+        Energy, force and stiffness of the body.
+    touching, folded
+        What each contact pair, and each contact of the tissue with itself, does; empty where the
+        deformation is inadmissible.
+    """
+
+    of_body: Response
+    touching: tuple[ContactResponse, ...] = ()
+    folded: tuple[TissueResponse, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -110,17 +128,19 @@ class System:
         duration_s: float,
         *,
         body_moves_to: RigidPlacement | None = None,
-    ) -> Balance:
+        of_body: Response | None = None,
+    ) -> SystemBalance:
         """Return the unbalanced forces at a displacement (n, 2), ``duration_s`` after ``before``.
 
         With ``body_moves_to`` the moving body is about to go from ``placement`` there, and the
-        forces hold what that motion adds to first order.
+        forces hold what that motion adds to first order. ``of_body`` is the body's response at this
+        displacement, if it is known already.
         """
         # Force and tangent together cost little more than force alone; most trials are accepted.
-        response = self.body.response(displacement)
+        response = of_body or self.body.response(displacement)
         if not np.isfinite(response.energy):
             nothing = np.full(displacement.size, np.inf)
-            return Balance(nothing, 0.0, lambda safe: self.mass)
+            return SystemBalance(nothing, 0.0, lambda safe: self.mass, response)
         touching = self.contact_responses(displacement, placement, before)
         contact_force = np.zeros(displacement.size)
         for pair, touch in zip(self.contacts, touching, strict=True):
@@ -148,16 +168,16 @@ class System:
             of_body = self.body.response(displacement, projected=True) if safe else response
             return self._tangent(of_body.stiffness + resisting, touching, folded, safe=safe)
 
-        return Balance(residual, scale, matrix)
+        return SystemBalance(residual, scale, matrix, response, touching, folded)
 
     def static_tangent(
         self,
-        displacement: Array,
+        of_body: Response,
         touching: tuple[ContactResponse, ...],
         folded: tuple[TissueResponse, ...],
     ) -> sp.csr_matrix:
-        """Return the tangent without inertia (2n, 2n), N/mm, at a displacement (n, 2), mm."""
-        return self._tangent(self.body.response(displacement).stiffness, touching, folded)
+        """Return the tangent without inertia (2n, 2n), N/mm, where the parts answered so."""
+        return self._tangent(of_body.stiffness, touching, folded)
 
     def _pull_of_ties(self, placement: RigidPlacement) -> tuple[Array, float]:
         """Return forces (2n,), N, and energy, N mm, that ties to the moving body add."""
@@ -190,16 +210,14 @@ class System:
                 matrix = _with_blocks(matrix, touch_of_fold.dofs, -blocks)
         return matrix
 
-    def energies(self, state: State) -> Energies:
-        """Return where the energy is in a committed state."""
-        touching = self.contact_responses(state.displacement, state.placement, state)
+    def energies(self, state: State, balance: SystemBalance) -> Energies:
+        """Return where the energy is in a committed state, whose forces ``balance`` holds."""
         u, v = state.displacement.ravel(), state.velocity.ravel()
         pull, of_anchors = self._pull_of_ties(state.placement)
         return Energies(
-            strain=self.body.energy_and_force(state.displacement).energy,
+            strain=balance.of_body.energy,
             tie=0.5 * float(u @ (self.tie_stiffness @ u)) - float(u @ pull) + of_anchors,
-            penalty=sum(t.energy for t in touching)
-            + sum(t.energy for t in self.fold_responses(state.displacement, state)),
+            penalty=sum(t.energy for t in balance.touching) + sum(t.energy for t in balance.folded),
             kinetic=0.5 * float(v @ (self.mass @ v)),
         )
 

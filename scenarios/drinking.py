@@ -410,9 +410,8 @@ class _Diary:
                 self._deepest_neck = max(self._deepest_neck, deepest)
             else:
                 self._deepest_tooth = max(self._deepest_tooth, deepest)
-        energies = system.energies(commit.state)
-        self._most_strain = max(self._most_strain, energies.strain)
-        self._most_kinetic = max(self._most_kinetic, energies.kinetic)
+        self._most_strain = max(self._most_strain, commit.energies.strain)
+        self._most_kinetic = max(self._most_kinetic, commit.energies.kinetic)
         if commit.newton.force_scale > NewtonSettings().force_floor_n:
             self._imbalance = max(self._imbalance, commit.newton.imbalance)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,10 +20,10 @@ from fem2d.march import Commit, MarchStatus, StepSettings, march
 from fem2d.materials.material import compressibility
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
-from fem2d.newton import Balance, NewtonSettings
+from fem2d.newton import NewtonSettings
 from fem2d.state import State
 from fem2d.surface import Surface
-from fem2d.system import System
+from fem2d.system import System, SystemBalance
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, rotated
 
@@ -49,7 +49,7 @@ class LoadedSystem(System):
         there = 0.0 if self.path is None else self.path(time_s)
         return self.hold * (there - displacement.ravel()[self.held])
 
-    def balance(self, displacement, placement, before, duration_s, **options) -> Balance:
+    def balance(self, displacement, placement, before, duration_s, **options) -> SystemBalance:
         plain = super().balance(displacement, placement, before, duration_s, **options)
         time = before.time_s + duration_s
         residual, scale = plain.residual.copy(), plain.force_scale
@@ -69,7 +69,7 @@ class LoadedSystem(System):
             result.setdiag(diagonal)
             return result
 
-        return Balance(residual, scale, matrix)
+        return replace(plain, residual=residual, force_scale=scale, matrix=matrix)
 
 
 def linear_elastic(young_mpa: float, poisson: float) -> NeoHookean:

@@ -101,16 +101,16 @@ def test_a_rejected_trial_leaves_no_trace(solver):
     system, motion = pressed_and_dragged()
     used = solver()
     state = followed(system, motion, increments=20, end_s=1.25, solver=used)[-1].state
-    first = attempt(system, motion, state, 0.05, used, FINE)
+    first, _ = attempt(system, motion, state, 0.05, used, FINE)
     far = replace(motion, shift_mm=motion.shift_mm * 6)
-    wild = attempt(system, far, state, 0.5, used, NewtonSettings(iterations=4))
+    wild, _ = attempt(system, far, state, 0.5, used, NewtonSettings(iterations=4))
     assert not wild.converged
-    again = attempt(system, motion, state, 0.05, used, FINE)
+    again, _ = attempt(system, motion, state, 0.05, used, FINE)
     assert first.converged
     assert first.iterations > 1
     assert np.array_equal(first.displacement, again.displacement)
     assert first.norms == again.norms
-    fresh = attempt(system, motion, state, 0.05, solver(), FINE)
+    fresh, _ = attempt(system, motion, state, 0.05, solver(), FINE)
     assert np.array_equal(first.displacement, fresh.displacement)
 
 

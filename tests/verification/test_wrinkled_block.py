@@ -105,7 +105,8 @@ def path() -> Path:
     def watch(commit: Commit) -> None:
         displacement = commit.state.displacement
         if commit.instability is not None and not seen:
-            tangent = system.static_tangent(displacement, commit.contacts, commit.folds)
+            of_body = body.response(displacement)
+            tangent = system.static_tangent(of_body, commit.contacts, commit.folds)
             mode = softest_mode((0.5 * (tangent + tangent.T)).tocsr()).reshape(-1, 2)
             spectrum = np.abs(np.fft.rfft(np.concatenate([mode[top, 1], mode[top[::-1], 1]])))
             # Mirrored once, half waves of the block are whole waves of the spectrum.
