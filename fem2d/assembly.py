@@ -160,10 +160,12 @@ def assemble(
     projected: bool,
     first_slot: Index32,
     row_length: Index,
+    first: int,
+    last: int,
     force: Array,
     data: Array,
 ) -> float:
-    """Add a body's nodal forces (n, 2) and stiffness (nnz,) into arrays and return its energy.
+    """Add nodal forces (n, 2) and stiffness (nnz,) of some elements into arrays; return the energy.
 
     Elements are taken one after another in their order, so the sums always come out the same. An
     inadmissible point makes the energy infinite and contributes nothing.
@@ -182,10 +184,12 @@ def assemble(
         1 also force, 2 also stiffness; whether point tangents are clamped.
     first_slot, row_length
         (e, a, a) data position of each pair of nodes, (n,) entries in a row of a node.
+    first, last
+        Elements first … last − 1 are summed.
     force, data
         Where the sums go.
     """
-    elements, count = connectivity.shape
+    count = connectivity.shape[1]
     points = weights.shape[1]
     x, P = np.empty(5), np.empty(5)
     A, block, scratch = np.zeros((5, 5)), np.empty((3, 3)), np.empty((6, 6))
@@ -193,7 +197,7 @@ def assemble(
     fe, ke, T = np.empty(n), np.empty((n, n)), np.empty((5, n))
     dJ = np.empty(n)
     energy = 0.0
-    for e in range(elements):
+    for e in range(first, last):
         row = rows[row_of[e]]
         nodes = connectivity[e]
         pressure = volume = second = 0.0

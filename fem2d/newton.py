@@ -140,21 +140,38 @@ def solve(
         return ended(NewtonStatus.INADMISSIBLE)
     for _ in range(settings.iterations):
         damped = len(norms) > 4 and norms[-1] > 0.5 * norms[-3]
+        # With the tangent of the last iterate the forces shrink again by about twice the ratio
+        # by which they shrank on the way here; if that is enough, no new factors are needed.
+        again = len(norms) > 1 and 4 * norms[-1] ** 2 < _wanted(balance, settings) * norms[-2]
         try:
-            found = _next_iterate(balance_at, displacement, balance, solver, damped)
+            found = _repeated(balance_at, displacement, balance, solver) if again else None
+            if found is None:
+                found = _next_iterate(balance_at, displacement, balance, solver, damped)
         except SingularMatrixError:
             return ended(NewtonStatus.SINGULAR)
         if found is None:
             return ended(NewtonStatus.INADMISSIBLE)
         displacement, balance = found
         norms.append(_norm(balance))
-        if norms[-1] <= settings.tolerance * max(balance.force_scale, settings.force_floor_n):
+        if norms[-1] <= _wanted(balance, settings):
             return ended(NewtonStatus.CONVERGED)
         if len(norms) > settings.patience and min(norms[-settings.patience :]) > 0.5 * min(
             norms[: -settings.patience]
         ):
             return ended(NewtonStatus.STALLED)
     return ended(NewtonStatus.TOO_MANY_ITERATIONS)
+
+
+def _repeated(
+    balance_at: Callable[[Array], SomeBalance],
+    displacement: Array,
+    balance: SomeBalance,
+    solver: DirectSolver,
+) -> tuple[Array, SomeBalance] | None:
+    """Return where the step of the last factors leads; None if it does not halve the forces."""
+    whole = displacement - solver.solve(balance.residual).reshape(displacement.shape)
+    there = balance_at(whole)
+    return (whole, there) if _norm(there) < 0.5 * _norm(balance) else None
 
 
 def _next_iterate(
@@ -217,6 +234,11 @@ def _along(
             above, work_above = share, work_there
         share = _between(below, work_below, above, work_above)
     return None
+
+
+def _wanted(balance: Balance, settings: NewtonSettings) -> float:
+    """Return the unbalanced nodal force that is good enough, N."""
+    return settings.tolerance * max(balance.force_scale, settings.force_floor_n)
 
 
 def _between(below: float, work_below: float, above: float, work_above: float) -> float:

@@ -20,9 +20,12 @@ def compiled(function: Function) -> Function:
     """Compile a kernel once and keep it on disk; results do not depend on the number of threads.
 
     Division follows numpy (no exception on zero), and no reordering of floating-point operations
-    is allowed, so that the same input gives the same bits.
+    is allowed, so that the same input gives the same bits. Kernels release the
+    interpreter's lock, so that two of them can run side by side.
     """
-    dispatcher: Any = numba.njit(cache=True, fastmath=False, error_model="numpy")(function)
+    dispatcher: Any = numba.njit(cache=True, fastmath=False, error_model="numpy", nogil=True)(
+        function
+    )
     if dispatcher is function:  # NUMBA_DISABLE_JIT, for a debugger
         return function
     # Numba recompiles a kernel when its own file changes, but not when a kernel it calls in
