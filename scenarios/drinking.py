@@ -373,7 +373,10 @@ class _Diary:
         reference = surface.weight / surface.thickness_mm
         pressure = np.sum([touch.points.pressure for _, touch in pairs], axis=0)
         length = reference * surface.stretch(commit.state.displacement)
-        return ContactLine(pressure * reference, length)
+        position = surface.positions(commit.state.displacement).reshape(-1, 2)
+        steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+        place = np.concatenate([[0.0], np.cumsum(steps)]).reshape(length.shape)
+        return ContactLine(pressure * reference, length, place)
 
     def _force_on_neck(self, lip: str, commit: Commit) -> Array:
         force = np.zeros(2)

@@ -23,10 +23,13 @@ class ContactLine:
         (m, q) normal force per thickness that each point carries, N/mm.
     length
         (m, q) deformed length that each point stands for, mm.
+    place
+        (m, q) where each point lies along the deformed surface, mm, ascending.
     """
 
     load: Array
     length: Array
+    place: Array
 
     def top_two_edges(self) -> float:
         """Return the mean pressure, MPa, of the two edges with the highest mean pressure.
@@ -52,5 +55,37 @@ class ContactLine:
         return float(np.max(within)) / window_mm
 
     def contact_length(self) -> float:
-        """Return the deformed length that carries load, mm."""
-        return float(np.sum(self.length[self.load > 0]))
+        """Return the deformed length that carries load, mm.
+
+        Where contact ends, pressure falls like the root of the distance (Hertz), so the square of
+        the last two points' pressures is extrapolated to zero, but not past the first free point:
+        a count of loaded points alone would jump by what one of them stands for.
+        """
+        place, length = self.place.ravel(), self.length.ravel()
+        squared = (self.load.ravel() / length) ** 2
+        loaded = np.concatenate([[False], squared > 0, [False]])
+        firsts = np.flatnonzero(loaded[1:] & ~loaded[:-1])
+        lasts = np.flatnonzero(loaded[:-1] & ~loaded[1:]) - 1
+        total = 0.0
+        for first, last in zip(firsts, lasts, strict=True):
+            total += place[last] - place[first]
+            for end, outwards in ((first, -1), (last, 1)):
+                total += _beyond(place, length, squared, end, outwards, alone=first == last)
+        return total
+
+
+def _beyond(
+    place: Array, length: Array, squared: Array, end: int, outwards: int, *, alone: bool
+) -> float:
+    """Return how far contact reaches beyond its last loaded point, mm."""
+    outside = end + outwards
+    if not 0 <= outside < place.size:
+        return float(0.5 * length[end])
+    room = abs(place[outside] - place[end])
+    if alone:
+        return float(0.5 * room)
+    inside = end - outwards
+    fall = squared[inside] - squared[end]
+    if fall <= 0:
+        return float(room)
+    return float(min(room, squared[end] / fall * abs(place[end] - place[inside])))
