@@ -68,7 +68,7 @@ class ContactLine:
         lasts = np.flatnonzero(loaded[:-1] & ~loaded[1:]) - 1
         total = 0.0
         for first, last in zip(firsts, lasts, strict=True):
-            total += place[last] - place[first]
+            total += float(place[last] - place[first])
             for end, outwards in ((first, -1), (last, 1)):
                 total += _beyond(place, length, squared, end, outwards, alone=first == last)
         return total
