@@ -70,7 +70,7 @@ class ContactLine:
         for first, last in zip(firsts, lasts, strict=True):
             total += float(place[last] - place[first])
             for end, outwards in ((first, -1), (last, 1)):
-                total += _beyond(place, length, squared, end, outwards, alone=first == last)
+                total += _beyond(place, length, squared, int(end), outwards, alone=first == last)
         return total
 
 
