@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -20,14 +20,14 @@ from mocap.markers import MarkerFile, read_markers
 from mocap.motion import Capture, capture
 from mocap.noise import with_noise_in_time
 from mocap.overlay import write_overlay
+from mocap.phases import LipAtRim, lip_at_rim
 from mocap.scale import (
     BodyScale,
     Picture,
     axis_px,
     body_scales,
+    flattened,
     positions_mm,
-    rectified,
-    undistorted,
 )
 from mocap.summary import summary, write_summary
 from mocap.tracks import Tracks, read_tracks
@@ -85,6 +85,7 @@ class Measurement:
     tracks: Tracks
     scales: dict[str, BodyScale]
     motion: Capture
+    lip: LipAtRim | None
     flat_px: np.ndarray[Any, np.dtype[np.float64]]
     centre_px: np.ndarray[Any, np.dtype[np.float64]]
 
@@ -182,14 +183,32 @@ def write_motion_files(motion: Capture, markers: MarkerFile, folder: Path) -> No
 
 def measure(tracks: Tracks, markers: MarkerFile, picture: Picture) -> Measurement:
     """Return scales and motions from tracks (gaps bridged) and what the marker file knows."""
-    flat = undistorted(tracks.position_px, markers.lens, picture)
-    centre = axis_px(markers.lens, picture)
-    if markers.plane is not None:
-        flat, centre = rectified(flat, markers.plane), rectified(centre[None], markers.plane)[0]
+    flat = flattened(tracks.position_px, markers, picture)
+    centre = flattened(axis_px(markers.lens, picture), markers, picture)
     scales = body_scales(tracks, markers, flat)
     world = positions_mm(flat, tracks.names, markers, scales, centre)
     motion = capture(tracks, markers, world, scales)
-    return Measurement(tracks, scales, motion, flat, centre)
+    lip = _lip(motion, tracks, markers, scales, picture, centre)
+    return Measurement(tracks, scales, motion, lip, flat, centre)
+
+
+def _lip(
+    motion: Capture,
+    tracks: Tracks,
+    markers: MarkerFile,
+    scales: Mapping[str, BodyScale],
+    picture: Picture,
+    centre: np.ndarray[Any, np.dtype[np.float64]],
+) -> LipAtRim | None:
+    """Return where the upper lip is at the rim; both lie in the middle of face and package."""
+    if markers.style is None or motion.frame[0] != tracks.frame[0]:
+        return None
+    points = markers.style
+    clicked = [points.upper_lip, points.rim_lower, points.rim_upper]
+    scale = scales[markers.moving].px_per_mm[0]
+    away = (flattened(clicked, markers, picture) - centre) / scale * [1.0, -1.0]
+    from_mark = away - motion.origin_mm
+    return lip_at_rim(motion, from_mark[0], from_mark[1:])
 
 
 def option_names() -> list[str]:

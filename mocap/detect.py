@@ -40,6 +40,9 @@ MISFIT_LIMIT = 0.16
 LONGEST_SHAPE = 2.6
 LEAST_CONTRAST = 14.0
 SMALLEST_RADIUS = 1.2
+# A hole smaller or larger than these shares of the radius is none: what was fitted is a disc, such
+# as the light middle of a dark ring, or a mere line.
+HOLE = (0.15, 0.92)
 
 
 @dataclass(frozen=True)
@@ -183,6 +186,7 @@ def _detection(
         or misfit > MISFIT_LIMIT
         or aspect > LONGEST_SHAPE
         or parameters[SHARPNESS] < 0.8
+        or (ring and not HOLE[0] < parameters[INNER] < HOLE[1])
     ):
         return None
     return Detection(

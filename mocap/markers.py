@@ -30,6 +30,11 @@
     image_px = [[100, 80], [1180, 80], [1180, 640], [100, 640]]
     world_mm = [[0, 150], [300, 150], [300, 0], [0, 0]]
 
+    [style]                 # optional, all three: px in the first used frame, to tell how is drunk
+    upper_lip = [613, 384]  # foremost point of the upper lip
+    rim_lower = [777, 577]  # ends of the neck's rim
+    rim_upper = [833, 545]
+
     [recording]             # optional
     rendered = true         # drawn, not filmed: said wherever the recording is shown
 
@@ -50,7 +55,8 @@ from typing import Any
 
 POLARITIES = ("auto", "dark", "light", "ring")
 LENS_KEYS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-TABLES = ("scale", "lens", "markers", "bodies", "tracking", "plane", "recording")
+STYLE_KEYS = ("upper_lip", "rim_lower", "rim_upper")
+TABLES = ("scale", "lens", "markers", "bodies", "tracking", "plane", "style", "recording")
 DEFAULT_BODIES = {
     "head": ("ear", "nose"),
     "package": ("package_lower", "package_upper"),
@@ -92,6 +98,15 @@ class PlanePoints:
 
 
 @dataclass(frozen=True)
+class StylePoints:
+    """Upper lip and ends of the neck's rim in the first used frame, px."""
+
+    upper_lip: tuple[float, float]
+    rim_lower: tuple[float, float]
+    rim_upper: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class MarkerFile:
     """A checked marker file.
 
@@ -109,6 +124,7 @@ class MarkerFile:
     reference: str
     polarity: str
     plane: PlanePoints | None
+    style: StylePoints | None
     rendered: bool
 
     @property
@@ -169,6 +185,7 @@ class _Reader:
             reference=reference,
             polarity=self._polarity(),
             plane=self._plane(),
+            style=self._style(),
             rendered=self._rendered(),
         )
 
@@ -304,6 +321,19 @@ class _Reader:
                 raise self._error(f"[plane] {key}: give four points [[x, y], …], got {rows!r}")
             sides.append(tuple(self._point(f"[plane] {key}", row) for row in rows))
         return PlanePoints(image_px=sides[0], world_mm=sides[1])
+
+    def _style(self) -> StylePoints | None:
+        table = self._table("style")
+        if not table:
+            return None
+        self._known("[style]", table, STYLE_KEYS)
+        lacking = [key for key in STYLE_KEYS if key not in table]
+        if lacking:
+            raise self._error(f"[style] lacks {lacking[0]}: give all of {', '.join(STYLE_KEYS)}")
+        points = {key: self._point(f"[style] {key}", table[key]) for key in STYLE_KEYS}
+        if math.dist(points["rim_lower"], points["rim_upper"]) < 2.0:
+            raise self._error("[style] rim_lower and rim_upper coincide: give both ends of the rim")
+        return StylePoints(**points)
 
     def _rendered(self) -> bool:
         table = self._table("recording")

@@ -90,17 +90,19 @@ class Capture:
     """The motions of both bodies in the world plane and what is known about them.
 
     ``head`` and ``package`` stand for the reference and the moving body of the marker file. Both
-    motions are the identity in the first frame. ``package_start_mm`` (2,) is then the moving body's
-    first marker, from the head's. ``relative_mm`` (n, 2), ``relative_rad`` (n,) and ``sigma``
-    (n, 3: mm, mm, rad) are the motion of the package seen from the head. ``axis_rad`` holds, by
-    body, the direction from its first marker to its last in the first frame. ``others`` are the
-    poses of bodies that take no part in the motion, such as the jaw, whose skin slides.
+    motions are the identity in the first frame. ``origin_mm`` (2,) is where the head's first marker
+    then is, from the camera's axis; ``package_start_mm`` (2,) is the moving body's, from there.
+    ``relative_mm`` (n, 2), ``relative_rad`` (n,) and ``sigma`` (n, 3: mm, mm, rad) are the motion
+    of the package seen from the head. ``axis_rad`` holds, by body, the direction from its first
+    marker to its last in the first frame. ``others`` are the poses of bodies that take no part in
+    the motion, such as the jaw, whose skin slides.
     """
 
     frame: NDArray[np.int_]
     time_s: Array
     head: RigidMotion
     package: RigidMotion
+    origin_mm: Array
     package_start_mm: Array
     relative_mm: Array
     relative_rad: Array
@@ -277,6 +279,7 @@ def capture(
         package=RigidMotion.of_reference_point(
             time, package_angle, package_at - origin, package_at[0] - origin
         ),
+        origin_mm=origin,
         package_start_mm=package_at[0] - origin,
         relative_mm=relative,
         relative_rad=package_angle - head_angle,

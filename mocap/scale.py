@@ -131,6 +131,15 @@ def _distorted(points: Array, lens: Lens) -> Array:
     )
 
 
+def flattened(points_px: ArrayLike, markers: MarkerFile, picture: Picture) -> Array:
+    """Return picture points (..., 2) without errors of lens, pixel shape and slanted view.
+
+    They stay px, or with ``[plane]`` become mm with y down.
+    """
+    flat = undistorted(points_px, markers.lens, picture)
+    return flat if markers.plane is None else rectified(flat, markers.plane)
+
+
 def rectified(points_px: Array, plane: PlanePoints) -> Array:
     """Return points (..., 2) seen square on, in mm with y **down**, from four points of a plane.
 

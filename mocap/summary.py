@@ -101,7 +101,7 @@ def summary(
             "sigma_y_mm_median": float(np.median(motion.sigma[:, 1])),
             "sigma_theta_deg_median": float(np.degrees(np.median(motion.sigma[:, 2]))),
         },
-        "drinking": drinking_figures(motion).as_json(),
+        "drinking": drinking_figures(motion, lip=measured.lip).as_json(),
         "warnings": warnings,
     }
 

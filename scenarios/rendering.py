@@ -56,6 +56,9 @@ MOTION_COLUMNS = (
 
 Array = NDArray[np.float64]
 
+# The rim's edges are rounded: its ends are looked for within this from its front, mm.
+RIM_MM = 1.0
+
 
 class RenderingError(ValueError):
     """A recording was asked for that has no script."""
@@ -295,8 +298,24 @@ def write_marker_file(file: File, script: Script, first: Truth) -> None:
             f"{name} = [{round(spot.x_px):d}.0, {round(spot.y_px):d}.0]"
             for name, spot in first.markers.items()
         ),
+        "",
+        "[style]   # likewise, in the middle of face and package",
+        *(f"{name} = [{round(x):d}.0, {round(y):d}.0]" for name, (x, y) in _lip_and_rim(script)),
     ]
     file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _lip_and_rim(script: Script) -> list[tuple[str, Array]]:
+    """Return where upper lip and ends of the rim are in the picture, px, in the first frame."""
+    neck, head = script.neck(), script.head_motion().at(0.0)
+    walls = neck.lower_wall.sampled(0.05), neck.upper_wall.sampled(0.05)
+    front = min(float(wall[:, 0].min()) for wall in walls)
+    low, high = (wall[wall[:, 0] < front + RIM_MM][:, 1] for wall in walls)
+    ends = ((front, float(low.min())), (front, float(high.max())))
+    rim = script.neck_motion().at(0.0).apply(ends)
+    points = head.apply([face().landmarks["upper_lip"], *rim])
+    names = ("upper_lip", "rim_lower", "rim_upper")
+    return list(zip(names, script.camera.project(points), strict=True))
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

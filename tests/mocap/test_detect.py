@@ -80,7 +80,9 @@ def test_clean_centres_are_right_to_a_fiftieth_of_a_pixel(
     image = drawn(x, y, radius=radius, blur=blur, levels=levels, slope=(0.6, -0.4), stretch=stretch)
     found = fit_blob(image, Blob(x + 1.2, y - 0.9, 1.2 * radius, -150.0 if dark else 150.0))
     assert found is not None
-    assert np.hypot(found.x - x, found.y - y) < 0.02
+    # Rounding to whole grey levels alone moves a small blurred marker by 0.01 px in each direction.
+    assert np.hypot(found.x - x, found.y - y) < max(0.02, 3.5 * found.sigma_px)
+    assert found.sigma_px < 0.012
     assert found.contrast < 0 if dark else found.contrast > 0
     # Blur moves a curved edge inwards by about blur²/2r, which the model does not follow.
     assert found.radius == pytest.approx(radius * np.sqrt(stretch), abs=0.04 + blur**2 / radius)
@@ -91,6 +93,15 @@ def test_rings_are_found_where_their_middle_is() -> None:
     found = fit_blob(image, Blob(32.0, 22.0, 8.5, -150.0), ring=True)
     assert found is not None
     assert np.hypot(found.x - 31.37, found.y - 22.81) < 0.01
+
+
+@pytest.mark.parametrize("levels", [(215.0, 40.0), (50.0, 220.0)])
+def test_the_middle_of_a_ring_is_not_taken_for_the_ring(levels: tuple[float, float]) -> None:
+    image = drawn(31.37, 22.81, radius=6.0, inner=3.0, levels=levels)
+    (found,) = detect(image, polarity="ring")
+    assert np.hypot(found.x - 31.37, found.y - 22.81) < 0.01
+    assert found.radius == pytest.approx(6.0, abs=0.2)
+    assert detect(drawn(31.37, 22.81, levels=levels), polarity="ring") == []
 
 
 def test_no_pixel_locking() -> None:
