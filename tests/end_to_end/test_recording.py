@@ -9,9 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap.convert import ConvertResult, OutputError, convert
+from mocap.convert import ConvertResult, OutputError, convert, measure
 from mocap.exchange import read_positions
+from mocap.follow import follow
 from mocap.link import TrackingError
+from mocap.markers import read_markers
+from mocap.noise import with_noise_in_time
+from mocap.phases import drinking_figures
+from mocap.scale import Picture
+from mocap.video import Video
 
 ROOT = Path(__file__).parents[2]
 SIP = ROOT / "scenarios" / "library" / "A38-F"
@@ -82,6 +88,26 @@ def test_skin_that_slides_over_the_jaw_is_reported_and_kept_apart(sip: ConvertRe
     assert list(sip.summary["drinking"]["phases_s"]) == [
         "approach", "contact", "tilt", "drink", "release"
     ]  # fmt: skip
+
+
+def test_the_style_is_told_from_lip_and_rim(sip: ConvertResult) -> None:
+    found = sip.summary["drinking"]
+    assert found["style"] == "pull" and "inside the opening" in found["style_reason"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "style"), [("A38-AE", "pull"), ("DC-AE", "suck"), ("DC-F", "unknown")]
+)
+def test_the_style_of_the_other_recordings(name: str, style: str) -> None:
+    """As their scripts say, but for DC-F, whose upper lip lies on the rim: that cannot be told."""
+    folder = SIP.parent / name
+    markers, film = read_markers(folder / "markers.toml"), Video(folder / "recording.mp4")
+    tracks = with_noise_in_time(follow(film, markers), key_frames=film.key_frames).bridged()
+    measured = measure(tracks, markers, Picture(film.info.width, film.info.height))
+    found = drinking_figures(measured.motion, lip=measured.lip)
+    assert found.style == style
+    assert 14 < abs(found.neck_tilt_deg) < found.package_tilt_deg < 60
 
 
 def test_boundary_conditions_are_the_motion_from_its_start(sip: ConvertResult) -> None:

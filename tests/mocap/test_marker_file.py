@@ -48,6 +48,26 @@ def test_missing_standard_markers_are_to_be_looked_for(tmp_path: Path) -> None:
     assert "jaw_front" not in markers.names
 
 
+STYLE = """
+[style]
+upper_lip = [613, 344]
+rim_lower = [771, 543]
+rim_upper = [828, 506]
+"""
+
+
+def test_lip_and_rim(tmp_path: Path) -> None:
+    style = read(tmp_path, GOOD + STYLE).style
+    assert style is not None and style.rim_upper == (828.0, 506.0)
+    assert read(tmp_path, GOOD).style is None
+    with pytest.raises(MarkerFileError, match=r"\[style\] lacks rim_lower: give all of upper_lip"):
+        read(tmp_path, GOOD + STYLE.replace("rim_lower = [771, 543]", ""))
+    with pytest.raises(MarkerFileError, match="did you mean 'upper_lip'"):
+        read(tmp_path, GOOD + STYLE.replace("upper_lip", "uper_lip"))
+    with pytest.raises(MarkerFileError, match="rim_lower and rim_upper coincide"):
+        read(tmp_path, GOOD + STYLE.replace("[771, 543]", "[828, 506]"))
+
+
 def test_own_bodies(tmp_path: Path) -> None:
     text = """
 [scale]
