@@ -9,7 +9,7 @@ if the caller keeps it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -180,6 +180,18 @@ class RigidContact:
         """Return the derivative (j, 2k, 2k) of ``response.force``, N/mm, or its safe stand-in."""
         slope = response.points.safe_slope if safe else response.points.slope
         return self.surface.assembled_stiffness(slope[response.edges], response.edges)
+
+    def held_friction(self, response: ContactResponse) -> ContactResponse:
+        """Return the response with friction that slips held at its present value.
+
+        Sliding friction follows the pressure, which has no potential; without that coupling
+        ``t·(∂f/∂x)·n`` the stiffness tells whether an equilibrium is a minimum.
+        """
+        points = response.points
+        tangent = np.stack([-points.normal[..., 1], points.normal[..., 0]], axis=-1)
+        coupling = np.einsum("mqc,mqcd,mqd->mq", tangent, points.slope, points.normal)
+        follows = coupling[..., None, None] * tangent[..., :, None] * points.normal[..., None, :]
+        return replace(response, points=replace(points, slope=points.slope - follows))
 
     def force_of_moving_body(
         self,

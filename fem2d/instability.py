@@ -1,6 +1,7 @@
 """Recognising that an equilibrium is unstable: wrinkles, creases, snap-through.
 
-A static equilibrium is stable while the symmetric part of its tangent is positive definite. The
+A static equilibrium is stable while its tangent, without inertia and viscosity and with sliding
+friction held at its present value (`fem2d.system.System.static_tangent`), is positive definite. The
 number of negative eigenvalues is read off the pivots of a symmetric factorisation (Sylvester's law
 of inertia); where it is not zero, a few steps of inverse iteration give the softest mode, and with
 it the place.
@@ -41,6 +42,42 @@ class Instability:
     place_mm: tuple[float, float]
     node: int
     participation: float
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A stretch of time in which every committed equilibrium was unstable.
+
+    Attributes
+    ----------
+    start_s, end_s
+        First and last committed instant of it, s.
+    worst
+        The instability at the first of its instants that has the most modes.
+    """
+
+    start_s: float
+    end_s: float
+    worst: Instability
+
+
+def passages_with(
+    passages: tuple[Passage, ...], before_s: float, time_s: float, instability: Instability | None
+) -> tuple[Passage, ...]:
+    """Return the passages up to ``time_s``, given those up to the committed instant before it.
+
+    >>> fold = Instability(1, (0.0, 0.0), 7, 3.0)
+    >>> passages = passages_with((), 0.0, 0.1, fold)
+    >>> [(p.start_s, p.end_s) for p in passages_with(passages, 0.1, 0.2, fold)]
+    [(0.1, 0.2)]
+    """
+    if instability is None:
+        return passages
+    if not passages or passages[-1].end_s != before_s:
+        return (*passages, Passage(time_s, time_s, instability))
+    last = passages[-1]
+    worst = instability if instability.modes > last.worst.modes else last.worst
+    return (*passages[:-1], Passage(last.start_s, time_s, worst))
 
 
 def instability_of(tangent: sp.csr_matrix, positions: Array) -> Instability | None:

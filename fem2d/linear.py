@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sys
 from functools import cache
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -62,18 +62,18 @@ class Pardiso:
     """MKL's PARDISO for structurally symmetric matrices, one thread so that bits repeat."""
 
     name = "pardiso"
-    _STRUCTURALLY_SYMMETRIC = 1
+    _MATRIX_TYPE = 1  # structurally symmetric
     _ANALYSE, _FACTORISE, _SOLVE, _FREE = 11, 22, 33, -1
     # 1: the values here, no others; 2: nested dissection; 8: refine a solution only if a pivot was
     # perturbed (by default always, which doubles the time of a solve); 10: perturb tiny pivots to
     # 1e-13. Scaling and matching (11, 13) stay off: they make the analysis depend on the first
     # matrix, and then a resumed run on where it was resumed.
-    _PARAMETERS = ((1, 1), (2, 2), (8, 0), (10, 13))
+    _PARAMETERS: tuple[tuple[int, int], ...] = ((1, 1), (2, 2), (8, 0), (10, 13))
 
     def __init__(self) -> None:
         from pypardiso import PyPardisoSolver
 
-        self._library = PyPardisoSolver(mtype=self._STRUCTURALLY_SYMMETRIC)
+        self._library = PyPardisoSolver(mtype=self._MATRIX_TYPE)
         self._library.libmkl.MKL_Set_Num_Threads(1)
         for number, value in self._PARAMETERS:
             self._library.set_iparm(number, value)
@@ -84,8 +84,8 @@ class Pardiso:
         nothing = np.zeros(matrix.shape[0])
         if not self._has_pattern_of(matrix):
             self._call(self._ANALYSE, matrix, nothing)
-        self._call(self._FACTORISE, matrix, nothing)
         self._matrix = matrix
+        self._call(self._FACTORISE, matrix, nothing)
 
     def solve(self, right_hand_side: Array) -> Array:
         """Return the solution (n,) for the matrix factorised last."""
@@ -136,32 +136,26 @@ def negative_pivots(symmetric: sp.csr_matrix) -> int:
 
 
 def _negative_pivots_pardiso(symmetric: sp.csr_matrix) -> int:
-    library = _symmetric_pardiso()
-    from pypardiso.pardiso_wrapper import PyPardisoError
+    return _symmetric_pardiso().negative_pivots(sp.triu(symmetric, format="csr"))
 
-    analyse_and_factorise, release = 12, -1
-    upper = sp.triu(symmetric, format="csr")
-    nothing = np.zeros(upper.shape[0])
-    library.set_phase(analyse_and_factorise)
-    try:
-        library._call_pardiso(upper, nothing)
-    except PyPardisoError as error:
-        raise SingularMatrixError(f"PARDISO: {error}") from error
-    negative = int(library.get_iparm(23))
-    library.set_phase(release)
-    library._call_pardiso(upper, nothing)
-    return negative
+
+class _SymmetricPardiso(Pardiso):
+    """PARDISO for symmetric indefinite matrices, of which it is given the upper triangle."""
+
+    _MATRIX_TYPE = -2
+    _PARAMETERS = ((1, 1), (2, 2), (10, 13))
+    _NEGATIVE_PIVOTS = 23
+
+    def negative_pivots(self, upper: sp.csr_matrix) -> int:
+        self.factorise(upper)
+        return int(self._library.get_iparm(self._NEGATIVE_PIVOTS))
 
 
 @cache
-def _symmetric_pardiso() -> Any:
-    # Made once: looking for the library takes the wrapper half a second.
-    from pypardiso import PyPardisoSolver
-
-    symmetric_indefinite = -2
-    library = PyPardisoSolver(mtype=symmetric_indefinite)
-    library.libmkl.MKL_Set_Num_Threads(1)
-    return library
+def _symmetric_pardiso() -> _SymmetricPardiso:
+    # Made once: looking for the library takes the wrapper half a second, analysing the pattern of a
+    # run's matrices three times as long as factorising one.
+    return _SymmetricPardiso()
 
 
 def _negative_pivots_superlu(symmetric: sp.csr_matrix) -> int:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fem2d.body import Response
 from fem2d.contact import ContactResponse
-from fem2d.instability import Instability, instability_of
+from fem2d.instability import Instability, Passage, instability_of, passages_with
 from fem2d.linear import DirectSolver, SingularMatrixError
 from fem2d.newton import NewtonResult, NewtonSettings, NewtonStatus, solve
 from fem2d.state import State
@@ -96,13 +96,18 @@ class Commit:
 
 @dataclass(frozen=True)
 class MarchResult:
-    """How a march ended and where."""
+    """How a march ended and where.
+
+    ``unstable`` are the times at which the equilibrium would be unstable without inertia; always
+    empty if stability is not watched.
+    """
 
     status: MarchStatus
     state: State
     increments: int
     iterations: int
     cutbacks: int
+    unstable: tuple[Passage, ...] = ()
 
 
 def march(
@@ -139,6 +144,11 @@ def march(
     state = start
     of_body: Response | None = None
     increments = iterations = cutbacks = 0
+    unstable: tuple[Passage, ...] = ()
+
+    def ended(status: MarchStatus) -> MarchResult:
+        return MarchResult(status, state, increments, iterations, cutbacks, unstable)
+
     while state.time_s < last_s * (1 - 1e-12):
         rejected = 0
         proposed = min(state.next_step_s, steps.longest_s)
@@ -153,9 +163,8 @@ def march(
             rejected += 1
             proposed = 0.5 * duration
             if proposed < steps.shortest_s:
-                return MarchResult(
-                    MarchStatus.STEP_TOO_SMALL, state, increments, iterations, cutbacks + rejected
-                )
+                cutbacks += rejected
+                return ended(MarchStatus.STEP_TOO_SMALL)
         cutbacks += rejected
         next_step = duration * _growth(trial.iterations, rejected, steps)
         commit = committed(
@@ -169,13 +178,14 @@ def march(
             next_step,
             steps.watch_stability,
         )
+        unstable = passages_with(unstable, state.time_s, commit.state.time_s, commit.instability)
         state, of_body = commit.state, balance.of_body
         increments += 1
         try:
             on_commit(commit)
         except KeyboardInterrupt:
-            return MarchResult(MarchStatus.INTERRUPTED, state, increments, iterations, cutbacks)
-    return MarchResult(MarchStatus.FINISHED, state, increments, iterations, cutbacks)
+            return ended(MarchStatus.INTERRUPTED)
+    return ended(MarchStatus.FINISHED)
 
 
 def attempt(

@@ -176,8 +176,17 @@ class System:
         touching: tuple[ContactResponse, ...],
         folded: tuple[TissueResponse, ...],
     ) -> sp.csr_matrix:
-        """Return the tangent without inertia (2n, 2n), N/mm, where the parts answered so."""
-        return self._tangent(of_body.stiffness, touching, folded)
+        """Return the tangent (2n, 2n), N/mm, that decides on stability where the parts answered so.
+
+        It leaves out inertia and viscosity, and holds friction that slips at its present value: the
+        exact tangent of sliding friction is unsymmetric, and its symmetric part indefinite at
+        every point that slides, however stable the tissue is.
+        """
+        return self._tangent(
+            of_body.stiffness,
+            tuple(p.held_friction(t) for p, t in zip(self.contacts, touching, strict=True)),
+            tuple(f.held_friction(t) for f, t in zip(self.folds, folded, strict=True)),
+        )
 
     def _pull_of_ties(self, placement: RigidPlacement) -> tuple[Array, float]:
         """Return forces (2n,), N, and energy, N mm, that ties to the moving body add."""

@@ -23,7 +23,7 @@ remember they are the history.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -235,6 +235,11 @@ class TissueContact:
         return TissueResponse(
             float(energy @ before.weight), touching, dofs, force, points, self, displacement, before
         )
+
+    def held_friction(self, response: TissueResponse) -> TissueResponse:
+        """Return the response with friction that slips held at its present value."""
+        nothing = np.zeros_like(response.points.shear_by_pressure)
+        return replace(response, points=replace(response.points, shear_by_pressure=nothing))
 
     def stiffness(self, response: TissueResponse, *, safe: bool = False) -> Array:
         """Return the derivative (j, 6k, 6k) of ``response.force``, N/mm, or a safe stand-in.

@@ -20,6 +20,7 @@ from fem2d.body import Body
 from fem2d.contact import ContactHistory, ContactResponse, RigidContact
 from fem2d.friction import FrictionLaw, NormalLaw
 from fem2d.inertia import Inertia
+from fem2d.instability import Instability, Passage, passages_with
 from fem2d.kinematics import Plane
 from fem2d.linear import fastest_solver
 from fem2d.march import Commit, MarchStatus, StepSettings, march
@@ -266,13 +267,13 @@ def replay(
     progress(0.0, "meshing the lips")
     system = lips.system
     start_s, end_s = _contact_period(system, seen.neck)
-    steps = StepSettings()
+    steps = StepSettings(watch_stability=True)
     if resume_from is None:
         state = system.state_at_rest(start_s, seen.neck.at(start_s), next_step_s=steps.longest_s)
         on_model(lips.model)
     else:
         state = _restored(resume_from, len(system.contacts), len(system.folds))
-    diary = _Diary(lips, start_s, end_s)
+    diary = _Diary(lips, start_s, end_s, resume_from)
 
     def commit(done: Commit) -> None:
         increment = diary.increment(done)
@@ -295,19 +296,32 @@ def replay(
     )
     if not finished:
         sentence += f", stopped at {result.state.time_s:.3f} s of {end_s:.3f} s"
+    sentence += diary.unstable_in_words()
     return Outcome(finished, sentence, diary.about())
 
 
 class _Diary:
-    """Turns commits into increments and remembers the extremes for the summary."""
+    """Turns commits into increments and remembers the extremes for the summary.
 
-    def __init__(self, lips: Lips, start_s: float, end_s: float) -> None:
+    What it remembers is kept with the state of each increment, so that a resumed replay goes on
+    with it.
+    """
+
+    def __init__(
+        self, lips: Lips, start_s: float, end_s: float, resume_from: Increment | None
+    ) -> None:
         self._lips = lips
         self._start_s, self._end_s = start_s, end_s
         body = lips.body
         self._dermis = np.concatenate([body.elements_of(f"{lip}_dermis") for lip in LIPS])
-        self._deepest_neck = self._deepest_tooth = self._imbalance = 0.0
-        self._most_strain = self._most_kinetic = 0.0
+        self._extremes = dict.fromkeys(_EXTREMES, 0.0)
+        self._unstable: tuple[Passage, ...] = ()
+        self._last_s = start_s
+        if resume_from is not None:
+            kept = resume_from.state
+            self._extremes = dict(zip(_EXTREMES, kept["extremes"].tolist(), strict=True))
+            self._unstable = tuple(_passage(row) for row in kept["unstable"].tolist())
+            self._last_s = resume_from.time_s
 
     def increment(self, commit: Commit) -> Increment:
         state, lips = commit.state, self._lips
@@ -344,7 +358,11 @@ class _Diary:
             history=history,
             newton_iterations=commit.newton.iterations,
             cutbacks=commit.cutbacks,
-            state=_kept(state),
+            state=_kept(state)
+            | {
+                "extremes": np.array([self._extremes[name] for name in _EXTREMES]),
+                "unstable": np.array([_row(p) for p in self._unstable]).reshape(-1, 7),
+            },
         )
 
     def about(self) -> dict[str, Any]:
@@ -352,12 +370,48 @@ class _Diary:
         return {
             "elements": len(body.tables.connectivity),
             "nodes": len(body.nodes),
-            "largest_penetration_neck_mm": self._deepest_neck,
-            "largest_penetration_teeth_mm": self._deepest_tooth,
-            "largest_unbalanced_force_share": self._imbalance,
-            "largest_strain_energy_nmm": self._most_strain,
-            "largest_kinetic_energy_nmm": self._most_kinetic,
+            **self._extremes,
+            "unstable": [
+                {
+                    "from_s": passage.start_s,
+                    "to_s": passage.end_s,
+                    "modes": passage.worst.modes,
+                    "lip": (place := self._place_on_skin(passage.worst))[0],
+                    "skin_arc_mm": place[1],
+                    "x_mm": passage.worst.place_mm[0],
+                    "y_mm": passage.worst.place_mm[1],
+                }
+                for passage in self._unstable
+            ],
         }
+
+    def unstable_in_words(self) -> str:
+        """Return when and where the equilibrium was unstable, to be added to a sentence."""
+        if not self._unstable:
+            return ""
+        longest = max(self._unstable, key=lambda passage: passage.end_s - passage.start_s)
+        lip, arc = self._place_on_skin(longest.worst)
+        x, y = longest.worst.place_mm
+        count = len(self._unstable)
+        times = "once" if count == 1 else f"{count} times, longest"
+        return (
+            f"; the equilibrium was unstable {times} from {longest.start_s:.3f} to "
+            f"{longest.end_s:.3f} s, most of all the {lip} lip {arc:.1f} mm along its skin "
+            f"({x:.1f}, {y:.1f} mm), and was passed with inertia"
+        )
+
+    def _place_on_skin(self, instability: Instability) -> tuple[str, float]:
+        """Return the lip of an instability, and the arc length of the skin that is nearest, mm."""
+        body = self._lips.body
+        nearest: list[tuple[float, str, float]] = []
+        for lip in LIPS:
+            skin = self._lips.surface(f"{lip}_skin")
+            away = skin.positions(np.zeros_like(body.nodes)) - body.nodes[instability.node]
+            distance = np.linalg.norm(away, axis=-1)
+            at = np.unravel_index(np.argmin(distance), distance.shape)
+            nearest.append((float(distance[at]), lip, float(skin.arc_length[at])))
+        _, lip, arc = min(nearest)
+        return lip, arc
 
     def _pairs(self, lip: str, commit: Commit) -> list[tuple[RigidContact, ContactResponse]]:
         system = self._lips.system
@@ -407,16 +461,45 @@ class _Diary:
 
     def _remember(self, commit: Commit) -> None:
         system = self._lips.system
+        self._unstable = passages_with(
+            self._unstable, self._last_s, commit.state.time_s, commit.instability
+        )
+        self._last_s = commit.state.time_s
+        seen = dict.fromkeys(_EXTREMES, 0.0)
         for pair, touch in zip(system.contacts, commit.contacts, strict=True):
-            deepest = max(0.0, -float(np.min(touch.points.gap)))
-            if pair.moving:
-                self._deepest_neck = max(self._deepest_neck, deepest)
-            else:
-                self._deepest_tooth = max(self._deepest_tooth, deepest)
-        self._most_strain = max(self._most_strain, commit.energies.strain)
-        self._most_kinetic = max(self._most_kinetic, commit.energies.kinetic)
+            name = f"largest_penetration_{'neck' if pair.moving else 'teeth'}_mm"
+            seen[name] = max(seen[name], -float(np.min(touch.points.gap)))
+        seen["largest_strain_energy_nmm"] = commit.energies.strain
+        seen["largest_kinetic_energy_nmm"] = commit.energies.kinetic
         if commit.newton.force_scale > NewtonSettings().force_floor_n:
-            self._imbalance = max(self._imbalance, commit.newton.imbalance)
+            seen["largest_unbalanced_force_share"] = commit.newton.imbalance
+        self._extremes = {name: max(self._extremes[name], seen[name]) for name in _EXTREMES}
+
+
+_EXTREMES = (
+    "largest_penetration_neck_mm",
+    "largest_penetration_teeth_mm",
+    "largest_unbalanced_force_share",
+    "largest_strain_energy_nmm",
+    "largest_kinetic_energy_nmm",
+)
+
+
+def _row(passage: Passage) -> list[float]:
+    worst = passage.worst
+    return [
+        passage.start_s,
+        passage.end_s,
+        worst.modes,
+        *worst.place_mm,
+        worst.node,
+        worst.participation,
+    ]
+
+
+def _passage(row: list[float]) -> Passage:
+    start, end, modes, x, y, node, participation = row
+    return Passage(start, end, Instability(int(modes), (x, y), int(node), participation))
 
 
 def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:

@@ -2,7 +2,10 @@
 
 The other engine shares the bodies' elastic forces and nothing else: its contact is a barrier on the
 distance between boundary polygons, its collision detection is continuous, its steps descend on a
-total energy. Both problems are frictionless, because ipctk's friction is lagged.
+total energy. Its friction is lagged: normal forces and tangents are those of an earlier iterate, so
+each step is solved again with those of its own result until the friction forces stand still (their
+last change is at most 2 % of the largest nodal reaction; they may end in a cycle of two). It sticks
+by a slip of at most `STICK_MM` a step.
 """
 
 from dataclasses import dataclass
@@ -18,6 +21,7 @@ from contact_models import (
     force_on_tissue,
     linear_elastic,
     lip_press,
+    path,
     still,
     unknowns,
 )
@@ -36,6 +40,12 @@ ipctk = pytest.importorskip("ipctk")
 REACH_MM = 2e-3
 """Distance at which the barrier sets in."""
 
+STICK_MM = 2e-4
+"""Slip in a step below which the other engine's friction rises linearly with it."""
+
+LAGS = 12
+"""How often a step may be solved again before friction must stand still."""
+
 
 @dataclass
 class BarrierEngine:
@@ -45,6 +55,7 @@ class BarrierEngine:
     obstacle: np.ndarray
     driven: np.ndarray
     stiffness: float
+    friction: float = 0.0
 
     def __post_init__(self):
         edges = np.sort(self.body.mesh.facets[:, self.body.mesh.boundary_facets()].T, axis=1)
@@ -59,7 +70,10 @@ class BarrierEngine:
         )
         self.mesh.can_collide = ipctk.make_static_obstacle_filter(own)
         self.potential = ipctk.BarrierPotential(REACH_MM, self.stiffness, True)
+        self.dissipation = ipctk.FrictionPotential(STICK_MM)
+        self.lagged = ipctk.TangentialCollisions()
         self.place = np.vstack([self.body.mesh.p.T, self.obstacle])
+        self.before = self.place
         nodes = len(self.body.nodes)
         columns = np.concatenate([self.skin, nodes + np.arange(count)])
         pairs = (2 * columns[:, None] + np.arange(2)).ravel()
@@ -82,42 +96,73 @@ class BarrierEngine:
         found.build(self.mesh, self.boundary(place), REACH_MM)
         return found
 
+    def slip(self, place):
+        """Motion of the boundary since the last step, which ipctk calls velocity."""
+        return np.asfortranarray(self.boundary(place) - self.boundary(self.before))
+
     def energy(self, place):
         nodes = len(self.body.nodes)
         elastic = self.body.energy_and_force(place[:nodes] - self.body.nodes).energy
-        return elastic + self.potential(self.collisions(place), self.mesh, self.boundary(place))
+        barrier = self.potential(self.collisions(place), self.mesh, self.boundary(place))
+        return elastic + barrier + self.dissipation(self.lagged, self.mesh, self.slip(place))
 
     def contact_force(self):
-        """Forces (n + m, 2), N, of the barrier on all vertices."""
+        """Forces (n + m, 2), N, of barrier and friction on all vertices."""
         gradient = self.potential.gradient(
             self.collisions(self.place), self.mesh, self.boundary(self.place)
         )
+        return -(self.spread @ gradient).reshape(-1, 2) + self.friction_force()
+
+    def friction_force(self):
+        gradient = self.dissipation.gradient(self.lagged, self.mesh, self.slip(self.place))
         return -(self.spread @ gradient).reshape(-1, 2)
 
-    def step_to(self, target, tolerance=1e-6):
-        """Drive the fixed unknowns to ``target`` and bring the rest into balance."""
+    def step_to(self, target):
+        """Drive the fixed unknowns to ``target`` and bring the rest into balance with friction."""
+        self.before = self.place.copy()
+        for _ in range(LAGS if self.friction > 0 else 1):
+            self.descend(target)
+            if self.friction == 0:
+                return
+            earlier = self.friction_force()
+            self.lagged = ipctk.TangentialCollisions()
+            self.lagged.build(
+                self.mesh,
+                self.boundary(self.place),
+                self.collisions(self.place),
+                self.potential,
+                self.friction,
+            )
+            change = np.abs(self.friction_force() - earlier).max()
+            if change <= 2e-2 * self.reaction:
+                return
+        raise AssertionError("lagged friction does not settle")
+
+    def descend(self, target, tolerance=1e-6):
         nodes = len(self.body.nodes)
         for _ in range(200):
             there = self.body.response(self.place[:nodes] - self.body.nodes, projected=True)
             found, boundary = self.collisions(self.place), self.boundary(self.place)
-            barrier = self.spread @ self.potential.gradient(found, self.mesh, boundary)
+            gradient = self.potential.gradient(found, self.mesh, boundary)
             curvature = self.potential.hessian(
                 found, self.mesh, boundary, ipctk.PSDProjectionMethod.CLAMP
+            )
+            slip = self.slip(self.place)
+            gradient = gradient + self.dissipation.gradient(self.lagged, self.mesh, slip)
+            curvature = curvature + self.dissipation.hessian(
+                self.lagged, self.mesh, slip, ipctk.PSDProjectionMethod.CLAMP
             )
             size = 2 * len(self.place)
             elastic = sp.block_diag(
                 [self.body.pattern.matrix(there.stiffness), sp.csr_matrix((size - 2 * nodes,) * 2)]
             )
             matrix = (elastic + self.spread @ curvature @ self.spread.T).tocsc()
-            residual = barrier.copy()
+            residual = self.spread @ gradient
             residual[: 2 * nodes] += there.force
+            self.reaction = np.abs(residual[self.fixed]).max()
             left = target - self.place.ravel()[self.fixed]
             arrived = np.abs(left).max() < 1e-13
-            if (
-                arrived
-                and np.abs(residual[self.free]).max()
-                < tolerance * np.abs(residual[self.fixed]).max()
-            ):
+            if arrived and np.abs(residual[self.free]).max() < tolerance * self.reaction:
                 return
             step = np.zeros(size)
             step[self.fixed] = left
@@ -167,7 +212,45 @@ def test_lip_pressed_by_a_circle():
 
 
 @pytest.mark.slow
-def test_groove_that_closes_on_itself():
+def test_lip_pressed_and_dragged_by_a_circle_with_friction():
+    """Half the drag is partial slip, then all slides."""
+    coefficient, depth, across = 0.4, 1.0, 1.2
+    system = lip_press(
+        30, 20, friction=FrictionLaw(coefficient, 50.0), normal=NormalLaw(50.0, 1e-5), points=4
+    )
+    way = path([0, 1, 2], [[0, 0], [0, -depth], [across, -depth]])
+    ours = followed(system, way, increments=60)
+    body = system.body
+    circle = Outline.circle([10, 16], 4).sampled(0.02)
+    # Only the lower part can touch; the rest is closed by a few long edges.
+    circle = np.vstack([circle[circle[:, 1] < 14.5], [[12.6, 18], [7.4, 18]]])
+    circle = circle[np.argsort(np.arctan2(circle[:, 1] - 16, circle[:, 0] - 10))]
+    engine = BarrierEngine(
+        body, circle + np.array([0, 0.001]), system.held, 0.05, friction=coefficient
+    )
+    zero = body.nodes.ravel()[system.held]
+    theirs = {}
+    for time in np.linspace(0, 2, 81)[1:]:
+        engine.step_to(np.concatenate([zero, (circle + way.at(time).shift_mm).ravel()]))
+        theirs[round(time, 3)] = engine.contact_force()[: len(body.nodes)].sum(axis=0)
+    for time in (1.0, 1.2, 1.5, 2.0):
+        commit = min(ours, key=lambda c: abs(c.state.time_s - time))
+        here = force_on_tissue(commit)
+        there = theirs[round(time, 3)]
+        assert here[1] == pytest.approx(there[1], rel=0.02)
+        assert here[0] == pytest.approx(there[0], abs=0.02 * abs(there[1]))
+    force = engine.contact_force()[: len(body.nodes)]
+    x = system.contacts[0].surface.positions(ours[-1].state.displacement)[..., 0]
+    touching = x[ours[-1].contacts[0].points.pressure > 0]
+    pushed = engine.place[: len(body.nodes)][np.abs(force[:, 1]) > 1e-9, 0]
+    spacing = 20 / 30
+    assert touching.min() == pytest.approx(pushed.min(), abs=spacing)
+    assert touching.max() == pytest.approx(pushed.max(), abs=spacing)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("coefficient", [0.0, 0.5])
+def test_groove_that_closes_on_itself(coefficient):
     x = np.concatenate([np.linspace(0, 1.85, 11), np.linspace(2.15, 4, 11)])
     mesh = skfem.MeshQuad.init_tensor(x, np.linspace(0, 2, 13))
     middle = mesh.p[:, mesh.t].mean(axis=1)
@@ -183,28 +266,48 @@ def test_groove_that_closes_on_itself():
     body = Body.of(mesh, linear_elastic(1.0, 0.3), plane=Plane.STRAIN, element="Q4")
     surface = Surface(body.edges("skin"), body.nodes, points_per_edge=3)
     fold = TissueContact(
-        "groove", (surface,), NormalLaw(50.0, 1e-5), FrictionLaw(0.0), reach_mm=0.25, itself=True
+        "groove",
+        (surface,),
+        NormalLaw(50.0, 1e-5),
+        FrictionLaw(coefficient, 50.0),
+        reach_mm=0.25,
+        itself=True,
     )
     sides = [unknowns(body, "left", 0), unknowns(body, "right", 0)]
-    rest = np.unique(np.concatenate([unknowns(body, s, 1) for s in ("left", "right", "bottom")]))
-    held = np.concatenate([*sides, rest])
-    reach = np.concatenate(
-        [np.full(len(sides[0]), 0.35), np.full(len(sides[1]), -0.35), np.zeros(len(rest))]
-    )
+    lifted = [unknowns(body, "left", 1), unknowns(body, "right", 1)]
+    below = np.setdiff1d(unknowns(body, "bottom", 1), np.concatenate(lifted))
+    held = np.concatenate([*sides, *lifted, below])
+    # Closed first, then sheared, left side up and right side down.
+    closing = np.concatenate([np.full(len(sides[0]), 0.35), np.full(len(sides[1]), -0.35)])
+    shearing = np.concatenate([np.full(len(lifted[0]), 0.1), np.full(len(lifted[1]), -0.1)])
+
+    def reach(time):
+        return np.concatenate(
+            [min(time, 1.0) * closing, max(time - 1.0, 0.0) * shearing, np.zeros(len(below))]
+        )
+
     system = LoadedSystem(
-        body, (), (), Inertia(0.0), held=held, folds=(fold,), hold=1e5, path=lambda t: t * reach
+        body, (), (), Inertia(0.0), held=held, folds=(fold,), hold=1e5, path=reach
     )
-    closed = followed(system, still(), increments=14)[-1]
-    engine = BarrierEngine(body, np.array([[90.0, 0], [91, 0], [90, 1]]), held, 1.0)
+    end = 1.0 if coefficient == 0 else 2.0
+    closed = followed(system, still(end), increments=int(28 * end))[-1]
+    engine = BarrierEngine(
+        body, np.array([[90.0, 0], [91, 0], [90, 1]]), held, 1.0, friction=coefficient
+    )
     far = engine.obstacle.ravel()
-    for share in np.linspace(0, 1, 15)[1:]:
-        engine.step_to(np.concatenate([body.nodes.ravel()[held] + share * reach, far]))
+    for time in np.linspace(0, end, int(28 * end) + 1)[1:]:
+        engine.step_to(np.concatenate([body.nodes.ravel()[held] + reach(time), far]))
     force = engine.contact_force()[: len(body.nodes)]
     left = body.nodes[:, 0] < 2
     ours = np.zeros(body.nodes.size)
     np.add.at(ours, closed.folds[0].dofs, closed.folds[0].force)
     ours = ours.reshape(-1, 2)
     assert ours[left, 0].sum() == pytest.approx(force[left, 0].sum(), rel=0.02)
+    assert ours[left, 1].sum() == pytest.approx(
+        force[left, 1].sum(), abs=0.02 * abs(force[left, 0].sum())
+    )
+    if coefficient > 0:
+        assert abs(ours[left, 1].sum()) > 0.1 * abs(ours[left, 0].sum())
     touched = [body.nodes[left & (np.abs(f[:, 0]) > 1e-6), 1] for f in (ours, force)]
     assert touched[0].min() == pytest.approx(touched[1].min(), abs=0.17)
     assert touched[0].max() == pytest.approx(touched[1].max(), abs=0.17)

@@ -1,0 +1,39 @@
+"""The problems on which prototypes stopped, on coarse meshes; benchmarks/ has the fine ones."""
+
+import numpy as np
+import pytest
+from prototype_problems import Case, force_on_tissue, model, penetration_mm, run
+
+from fem2d.march import MarchStatus
+
+
+def test_pressed_and_dragged_block():
+    result, commits = run(Case("A", 0.6))
+    assert result.status is MarchStatus.FINISHED
+    assert result.increments == 90
+    assert result.cutbacks == 0
+    # The penalty's law, of the pressure at this mesh.
+    assert penetration_mm(commits) < 0.02
+    # Pressed down, the block pushes up; dragged along +x, it is pulled there.
+    down, dragged = force_on_tissue(commits[44]), force_on_tissue(commits[-1])
+    assert down[1] < -0.1
+    assert dragged[0] > 0.2 * abs(dragged[1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backwards", [False, True])
+def test_lip_that_snaps_back(backwards):
+    case = Case("B", 0.6, backwards=backwards)
+    result, commits = run(case)
+    assert result.status is MarchStatus.FINISHED
+    assert result.iterations <= 7.6 * result.increments
+    system, _ = model(case)
+    top = np.argmax(system.body.nodes[:, 1])
+    way = np.array([abs(c.state.displacement[top, 0]) for c in commits])
+    # It was carried along, let go within a tenth of a second, and came to rest where it began.
+    assert way.max() > 1.0
+    time = np.array([c.state.time_s for c in commits])
+    assert np.linalg.norm(commits[-1].state.displacement, axis=1).max() < 0.05
+    assert np.all(force_on_tissue(commits[-1]) == 0)
+    left = time[np.flatnonzero(way > 0.5)[-1]]
+    assert way[np.searchsorted(time, left + 0.2)] < 0.25
