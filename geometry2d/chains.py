@@ -120,6 +120,25 @@ class Chain:
         points = np.concatenate([*(part.points[:-1] for part in parts), parts[-1].points[-1:]])
         return cls(name, points, np.concatenate([part.curvature for part in parts]))
 
+    def sampled(self, spacing_mm: float) -> Array:
+        """Return points (m, 2) along the chain, all joints among them, ``spacing_mm`` apart."""
+        points = [self.points[:1]]
+        for first, last, bend in zip(
+            self.points[:-1], self.points[1:], self.curvature, strict=True
+        ):
+            chord = last - first
+            half = float(np.arcsin(np.clip(0.5 * np.hypot(*chord) * bend, -1, 1)))
+            length = 2 * half / bend if bend else float(np.hypot(*chord))
+            count = max(1, int(np.ceil(length / spacing_mm - 1e-6)))
+            share = np.arange(1, count + 1) / count
+            along = np.sin(share * half) / np.sin(half) if half else share
+            turn = (share - 1) * half
+            c, s = along * np.cos(turn), along * np.sin(turn)
+            points.append(
+                first + np.column_stack([c * chord[0] - s * chord[1], s * chord[0] + c * chord[1]])
+            )
+        return np.concatenate(points)
+
     def backwards(self) -> Chain:
         """Return the chain travelled from its end to its start."""
         return Chain(self.name, self.points[::-1], -self.curvature[::-1])
@@ -180,6 +199,36 @@ def closed_outlines(chains: Iterable[Chain], *, join_mm: float = JOIN_MM) -> lis
     ]
 
 
+def open_curve(name: str, parts: Sequence[Chain], *, join_mm: float = JOIN_MM) -> Chain:
+    """Return the one open curve that chains form, put together end to end.
+
+    Raises
+    ------
+    SectionError
+        If they form a closed curve, none, or several pieces, or branch.
+    """
+    parts = [part for part in parts if len(part.curvature)]
+    for part in parts:
+        _refuse_size(part)
+    ends = np.array([p for part in parts for p in (part.points[0], part.points[-1])])
+    partner = [_meeting(name, ends, i, join_mm) for i in range(len(ends))]
+    loose = [i for i, other in enumerate(partner) if other is None]
+    if len(loose) != 2:
+        raise SectionError(
+            f"{name!r} has {len(loose)} loose ends where one open curve has two: "
+            "draw it as a single line that is not closed"
+        )
+    ordered: list[Chain] = []
+    entry: int | None = loose[0]
+    while entry is not None:
+        part = parts[entry // 2]
+        ordered.append(part if entry % 2 == 0 else part.backwards())
+        entry = partner[entry ^ 1]
+    if len(ordered) < len(parts):
+        raise SectionError(f"{name!r} has a closed curve beside the open one: delete it")
+    return Chain.of(name, ordered)
+
+
 def outline_through(points: ArrayLike, name: str) -> Outline:
     """Return the counter-clockwise polygon through points (n, 2), mm; errors carry ``name``."""
     p = np.asarray(points, float)
@@ -207,7 +256,8 @@ def _rings(name: str, parts: list[Chain], join_mm: float) -> list[Chain]:
     return rings
 
 
-def _partner(name: str, ends: Array, i: int, join_mm: float) -> int:
+def _meeting(name: str, ends: Array, i: int, join_mm: float) -> int | None:
+    """Return the end that meets end ``i``, if any."""
     distance = np.hypot(*(ends - ends[i]).T)
     distance[i] = np.inf
     near = np.flatnonzero(distance <= join_mm)
@@ -216,13 +266,20 @@ def _partner(name: str, ends: Array, i: int, join_mm: float) -> int:
             f"{name!r} branches at {_place(ends[i])}: {len(near) + 1} ends meet there; "
             "delete the pieces that do not belong to the outline, or put them on their own layer"
         )
-    if len(near) == 0:
+    return int(near[0]) if len(near) else None
+
+
+def _partner(name: str, ends: Array, i: int, join_mm: float) -> int:
+    met = _meeting(name, ends, i, join_mm)
+    if met is None:
+        distance = np.hypot(*(ends - ends[i]).T)
+        distance[i] = np.inf
         nearest = int(np.argmin(distance))
         raise SectionError(
             f"{name!r} is open: its end at {_place(ends[i])} is {distance[nearest]:.4g} mm from "
             f"the next, at {_place(ends[nearest])}; close the curve in the drawing"
         )
-    return int(near[0])
+    return met
 
 
 def _closed(chain: Chain, join_mm: float) -> bool:

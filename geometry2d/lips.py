@@ -156,32 +156,16 @@ class Lip:
         if self.bone_first:
             bone = stretch(self.chain, 0.0, self.fornix)
             inner = stretch(self.chain, self.fornix, dermis_end)
-            wall_end, inner_end, nose_end = bone[0], 0, -1
         else:
             inner = stretch(self.chain, dermis_end, self.fornix)
             bone = stretch(self.chain, self.fornix, along[-1])
-            wall_end, inner_end, nose_end = bone[-1], -1, 0
-        curves = {
-            "skin": skin,
-            "inner": inner,
-            "bone": bone,
-            "interface": interface,
-            "dermis_end": np.array([skin[inner_end], interface[inner_end]]),
-            "cut_dermis": np.array([skin[nose_end], interface[nose_end]]),
-            "cut_bulk": np.array([interface[nose_end], wall_end]),
-        }
-        return Section(
-            name=name,
-            curves={key: placed(points) for key, points in curves.items()},
-            loops=UPPER_LOOPS if self.bone_first else LOWER_LOOPS,
-            boundary_curves={
-                "skin": ("skin",),
-                "inner": ("inner",),
-                "bone": ("bone",),
-                "cut": ("cut_dermis", "cut_bulk"),
-            },
+        return lip_section(
+            name,
+            skin=placed(skin),
+            interface=placed(interface),
+            inner=placed(inner),
+            bone=placed(bone),
             focus=placed(skin[np.abs(s - self.margin) <= FOCUS_REACH_MM]),
-            layer_curves=("skin", "interface", "inner"),
         )
 
     def _thickness(self, s: Array, m: HeadMeasurements) -> Array:
@@ -202,6 +186,53 @@ class Lip:
         thickness = [m.dermis_thickness_mm if measured[a] is None else measured[a] for a in along]
         between: Array = PchipInterpolator(along, thickness)(np.clip(s, along[0], along[-1]))
         return between
+
+
+def lip_section(
+    name: str, *, skin: Array, interface: Array, inner: Array, bone: Array, focus: Array
+) -> Section:
+    """Return a lip as regions "dermis" and "bulk" between curves with the tissue on their left.
+
+    Parameters
+    ----------
+    name
+        "upper", whose curves follow one another as bone, inner, skin; or "lower", whose curves
+        do so as skin, inner, bone.
+    skin, interface
+        (n, 2) outer and inner side of the dermis, mm, in the same direction.
+    inner, bone
+        (n, 2) free inner side and tie to bone, mm. From bone to skin the section is cut straight.
+    focus
+        (n, 2) points of the skin around which a mesh should be finest.
+
+    Raises
+    ------
+    SectionError
+        If the dermis is thicker than the skin's curvature allows, or curves cross.
+    """
+    upper = name == "upper"
+    mouth_end, cut_end = (0, -1) if upper else (-1, 0)
+    return Section(
+        name=name,
+        curves={
+            "skin": skin,
+            "inner": inner,
+            "bone": bone,
+            "interface": interface,
+            "dermis_end": np.array([skin[mouth_end], interface[mouth_end]]),
+            "cut_dermis": np.array([skin[cut_end], interface[cut_end]]),
+            "cut_bulk": np.array([interface[cut_end], bone[0] if upper else bone[-1]]),
+        },
+        loops=UPPER_LOOPS if upper else LOWER_LOOPS,
+        boundary_curves={
+            "skin": ("skin",),
+            "inner": ("inner",),
+            "bone": ("bone",),
+            "cut": ("cut_dermis", "cut_bulk"),
+        },
+        focus=focus,
+        layer_curves=("skin", "interface", "inner"),
+    )
 
 
 def upper_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:

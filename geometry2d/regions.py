@@ -70,7 +70,7 @@ class Section:
             if not polygon.is_valid:
                 raise SectionError(
                     f"{self.name}: the boundary of region {region!r} crosses itself "
-                    f"({shapely.is_valid_reason(polygon)}): change the measurements there"
+                    f"({shapely.is_valid_reason(polygon)}): change what is measured or drawn there"
                 )
             if not polygon.exterior.is_ccw:
                 raise SectionError(

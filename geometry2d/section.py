@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from geometry2d.chains import NamedOutline, SectionError, closed_outlines
+from geometry2d.chains import Chain, NamedOutline, SectionError, closed_outlines
 from geometry2d.dxf import read_dxf
 from geometry2d.neck import NeckMeasurements, NeckSection, with_carton
 from geometry2d.outline import Outline
@@ -33,6 +33,7 @@ __all__ = [
     "SectionError",
     "Surface3D",
     "cut",
+    "drawn_chains",
     "drawn_neck",
     "drawn_outlines",
     "read_stl",
@@ -65,15 +66,26 @@ def drawn_outlines(
     SectionError
         If the file cannot be read, or one of the curves is open, branches or crosses itself.
     """
-    reader = READERS.get(file.suffix.lower())
-    if reader is None:
-        raise SectionError(f"{file.name} is neither .svg nor .dxf: save the drawing as one of them")
     chains = [
         chain
-        for chain in reader(file, unit_mm=unit_mm)
+        for chain in drawn_chains(file, unit_mm=unit_mm)
         if names is None or chain.name.lower() in names
     ]
     return closed_outlines(chains)
+
+
+def drawn_chains(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
+    """Return the curves of an SVG or DXF drawing as they are, open or closed, mm, y up.
+
+    Raises
+    ------
+    SectionError
+        If the file cannot be read.
+    """
+    reader = READERS.get(file.suffix.lower())
+    if reader is None:
+        raise SectionError(f"{file.name} is neither .svg nor .dxf: save the drawing as one of them")
+    return reader(file, unit_mm=unit_mm)
 
 
 def drawn_neck(

@@ -32,7 +32,7 @@ from fem2d.surface import Surface
 from fem2d.system import System
 from fem2d.tie import ElasticTie
 from fem2d.tissue_contact import TissueContact, TissueHistory
-from geometry2d.head import HeadSection, head_section
+from geometry2d.head import HeadSection
 from geometry2d.mesh import LEVELS, section_mesh
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
@@ -261,7 +261,7 @@ def replay(
     ScenarioError
         If the motion is missing, or never brings the neck near the lips.
     """
-    neck, head = scenario.package.section(), head_section(scenario.head)
+    neck, head = scenario.package.section(), scenario.head_section()
     seen = observed(scenario, neck, head)
     lips = Lips(scenario, head, neck, seen.head_angle_rad)
     progress(0.0, "meshing the lips")

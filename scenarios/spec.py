@@ -14,6 +14,8 @@ from importlib.resources import files
 from pathlib import Path
 
 from geometry2d.anthropometry import HeadMeasurements
+from geometry2d.drawn_head import drawn_head
+from geometry2d.head import HeadSection, head_section
 from geometry2d.neck import NECKS, NeckMeasurements, NeckSection, neck_section
 from geometry2d.section import drawn_neck
 from scenarios.settings import (
@@ -26,6 +28,9 @@ from scenarios.settings import (
     toml_lines,
     toml_value,
 )
+
+DRAWN_HEAD_KEYS = ("dermis_thickness_mm", "tie_fade_mm")
+"""Measurements that a drawing of the head leaves open."""
 
 LIBRARY = Path(str(files("scenarios") / "library"))
 """Folder of the built-in scenarios, one folder each."""
@@ -183,7 +188,8 @@ class Scenario:
     """Everything a replay depends on, checked.
 
     File names are absolute. At least one of ``recording`` and ``motion`` is given; the motion
-    wins, and the recording then only supplies pictures.
+    wins, and the recording then only supplies pictures. With a ``head_outline`` (SVG or DXF;
+    :mod:`geometry2d.drawn_head` says what it holds) only `DRAWN_HEAD_KEYS` of ``head`` are used.
     """
 
     name: str
@@ -196,6 +202,23 @@ class Scenario:
     contact: Contact
     placement: Placement
     solver: Solver
+    head_outline: str | None = None
+
+    def head_section(self) -> HeadSection:
+        """Return the head, cut through its middle.
+
+        Raises
+        ------
+        geometry2d.section.SectionError, geometry2d.head.HeadError
+            If the drawing or the measurements do not describe a head.
+        """
+        if self.head_outline is None:
+            return head_section(self.head)
+        return drawn_head(
+            Path(self.head_outline),
+            dermis_mm=self.head.dermis_thickness_mm,
+            tie_fade_mm=self.head.tie_fade_mm,
+        )
 
     def with_motion(self, file: Path) -> Scenario:
         """Return this scenario driven by the given ``motion.csv``."""
@@ -240,7 +263,8 @@ def scenario_from(document: Mapping[str, Value], *, folder: Path) -> Scenario:
         description=_text(document, "description", default=""),
         recording=_recording(tables["recording"], folder) if tables["recording"] else None,
         motion=_motion(tables["motion"], folder) if tables["motion"] else None,
-        head=table_from(HeadMeasurements, tables["head"], where="head"),
+        head=_head(tables["head"]),
+        head_outline=_outline(tables["head"], folder, "head"),
         package=_package(tables["package"], folder),
         skin=table_from(Skin, tables["skin"], where="skin"),
         contact=table_from(Contact, tables["contact"], where="contact"),
@@ -275,6 +299,10 @@ def resolved_tables(scenario: Scenario) -> Iterator[tuple[str, list[str]]]:
             if table.outline is not None:
                 lines.append(f"outline = {toml_value(table.outline)} # drawing of the neck")
             yield name, [*lines, *toml_lines(table.measurements)]
+        elif name == "head" and scenario.head_outline is not None:
+            outline = f"outline = {toml_value(scenario.head_outline)} # drawing of the head"
+            lines = [line for line in toml_lines(table) if line.split(" ")[0] in DRAWN_HEAD_KEYS]
+            yield name, [outline, *lines]
         elif table is not None:
             yield name, toml_lines(table)
 
@@ -344,13 +372,30 @@ def _package(values: Mapping[str, Value], folder: Path) -> Package:
     neck = values.get("neck", "A38")
     if neck not in NECKS:
         raise SettingError(f"package.neck = {neck!r} is not known: {nearest(str(neck), NECKS)}")
-    outline = values.get("outline")
-    if outline is not None and not (isinstance(outline, str) and outline):
-        raise SettingError(f'package.outline = {outline!r}: give a drawing, e.g. "neck.svg"')
     measured = {key: value for key, value in values.items() if key not in ("neck", "outline")}
     base = NECKS[str(neck)]
     return Package(
         str(neck),
         table_from(NeckMeasurements, measured, where="package", base=base),
-        None if outline is None else str(folder / outline),
+        _outline(values, folder, "package"),
     )
+
+
+def _head(values: Mapping[str, Value]) -> HeadMeasurements:
+    measured = {key: value for key, value in values.items() if key != "outline"}
+    if "outline" in values:
+        for key in measured:
+            if key not in DRAWN_HEAD_KEYS and key in HeadMeasurements.__dataclass_fields__:
+                raise SettingError(
+                    f"head.{key} says nothing beside head.outline, as the drawing says it: give "
+                    f"one of them (with a drawing there are only {' and '.join(DRAWN_HEAD_KEYS)})"
+                )
+    return table_from(HeadMeasurements, measured, where="head")
+
+
+def _outline(values: Mapping[str, Value], folder: Path, table: str) -> str | None:
+    outline = values.get("outline")
+    if outline is not None and not (isinstance(outline, str) and outline):
+        example = {"package": "neck.svg", "head": "head.svg"}[table]
+        raise SettingError(f'{table}.outline = {outline!r}: give a drawing, e.g. "{example}"')
+    return None if outline is None else str(folder / outline)

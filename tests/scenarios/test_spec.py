@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from geometry2d.drawn_head import HeadDrawing
+from geometry2d.head import head_section
 from scenarios.settings import SettingError
 from scenarios.spec import (
     LIBRARY,
@@ -80,6 +82,27 @@ def test_a_drawing_replaces_the_measured_neck(tmp_path: Path) -> None:
     assert again["package"]["outline"] == package.outline
     with pytest.raises(SettingError, match=r"package\.outline = 3"):
         scenario_from(tomllib.loads(SMALL + "[package]\noutline = 3\n"), folder=tmp_path)
+
+
+def test_a_drawing_replaces_the_measured_head(tmp_path: Path) -> None:
+    (tmp_path / "head.svg").write_text(HeadDrawing.of(head_section()).svg())
+    text = SMALL + '[head]\noutline = "head.svg"\ntie_fade_mm = 3.0\n'
+    scenario = scenario_from(tomllib.loads(text), folder=tmp_path)
+    head = scenario.head_section()
+    assert head.tie_fade_mm == 3.0
+    assert head.landmarks["nose"] == pytest.approx(head_section().landmarks["nose"])
+    again = tomllib.loads(resolved_toml(scenario))
+    assert again["head"] == {
+        "outline": str(tmp_path / "head.svg"), "dermis_thickness_mm": 1.0, "tie_fade_mm": 3.0
+    }  # fmt: skip
+    assert scenario_from(again, folder=tmp_path) == scenario
+    for wrong, message in (
+        ("outline = 3", r"head\.outline = 3"),
+        ('outline = "head.svg"\njaw_opening_deg = 5.0', "head.jaw_opening_deg says nothing beside"),
+        ('outline = "head.svg"\ntie_fade = 5.0', "unknown key head.tie_fade: did you mean"),
+    ):
+        with pytest.raises(SettingError, match=message):
+            scenario_from(tomllib.loads(SMALL + f"[head]\n{wrong}\n"), folder=tmp_path)
 
 
 @pytest.mark.parametrize(
