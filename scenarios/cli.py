@@ -212,6 +212,12 @@ def _report(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
+    if options.format == "abaqus":
+        from scenarios.abaqus import export_abaqus
+
+        export_abaqus(options.run, options.out)
+        print(f"{options.out}: input deck for Abaqus/Standard")
+        return 0
     from scenarios.vtk import export_vtk
 
     with progress_line("export") as progress:
@@ -489,9 +495,18 @@ def _parser() -> argparse.ArgumentParser:
     )
     export.add_argument("run", metavar="DIR", type=Path, help="a run directory")
     export.add_argument(
-        "--format", choices=("vtk",), required=True, help="vtk: a time series for ParaView"
+        "--format",
+        choices=("vtk", "abaqus"),
+        required=True,
+        help="vtk: a time series for ParaView; abaqus: an input deck of the model",
     )
-    _add_out(export)
+    export.add_argument(
+        "--out",
+        metavar="OUT",
+        type=Path,
+        required=True,
+        help="directory for vtk, file for abaqus (run.inp)",
+    )
 
     parser.epilog = "\n".join([*listed, "", "example: drinksim demo --out demo"])
     return parser

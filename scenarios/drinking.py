@@ -266,7 +266,7 @@ def replay(
     lips = Lips(scenario, head, neck, seen.head_angle_rad)
     progress(0.0, "meshing the lips")
     system = lips.system
-    start_s, end_s = _contact_period(system, seen.neck)
+    start_s, end_s = contact_period(system, seen.neck)
     steps = StepSettings(watch_stability=True)
     if resume_from is None:
         state = system.state_at_rest(start_s, seen.neck.at(start_s), next_step_s=steps.longest_s)
@@ -502,7 +502,7 @@ def _passage(row: list[float]) -> Passage:
     return Passage(start, end, Instability(int(modes), (x, y), int(node), participation))
 
 
-def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
+def contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
     """Return when the neck comes near the undeformed lips, and when it has left them for good."""
     times = np.linspace(motion.time_s[0], motion.time_s[-1], 4 * motion.time_s.size)
     nothing = np.zeros_like(system.body.nodes)

@@ -74,3 +74,12 @@ def test_the_neck_moves_and_teeth_stand_still(exported: Path, run_directory: Pat
         nodes = first["connectivity"][start:end]
         assert (moved[nodes].max() > 0.5) == name.endswith("wall")
         assert (nodes[0] == nodes[-1]) == (name != "profile")
+
+
+def test_a_folder_that_is_no_run_has_no_deck(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "run.inp"
+    assert main(["export", str(tmp_path), "--format", "abaqus", "--out", str(out)]) == 2
+    assert str(tmp_path) in capsys.readouterr().err
+    assert not out.exists()
