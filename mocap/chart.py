@@ -16,6 +16,7 @@ PHASE_COLOURS = {
     "drink": "#f3bfb3",
     "release": "#e3ecd9",
 }
+LINE, BAND = "#1a365d", "#2b6cb0"
 
 
 def write_chart(motion: Capture, path: Path, *, rendered: bool) -> None:
@@ -32,53 +33,46 @@ def write_chart(motion: Capture, path: Path, *, rendered: bool) -> None:
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
-    figure = Figure(figsize=(9.0, 6.6), layout="constrained")
+    figure = Figure(figsize=(9.0, 8.0), layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(3, 1, sharex=True)
+    axes = figure.subplots(6, 1, sharex=True, height_ratios=[3, 1] * 3)
     figures = drinking_figures(motion)
-    turn = np.degrees(motion.relative_rad)
     rows = (
-        ("x (mm)", motion.relative_mm[:, 0], motion.sigma[:, 0]),
-        ("y (mm)", motion.relative_mm[:, 1], motion.sigma[:, 1]),
-        ("turn (°)", turn, np.degrees(motion.sigma[:, 2])),
+        ("x (mm)", "mm", motion.relative_mm[:, 0], motion.sigma[:, 0]),
+        ("y (mm)", "mm", motion.relative_mm[:, 1], motion.sigma[:, 1]),
+        ("turn (°)", "°", np.degrees(motion.relative_rad), np.degrees(motion.sigma[:, 2])),
     )
-    for panel, (label, values, sigma) in zip(axes, rows, strict=True):
-        _shade(panel, figures, named=panel is axes[0])
-        panel.fill_between(
-            motion.time_s, values - 2 * sigma, values + 2 * sigma, color="#2b6cb0", alpha=0.35, lw=0
-        )
-        panel.plot(motion.time_s, values, color="#1a365d", lw=1.4)
+    for k, (label, unit, values, sigma) in enumerate(rows):
+        panel, strip = axes[2 * k], axes[2 * k + 1]
+        for place, middle in ((panel, values), (strip, np.zeros_like(values))):
+            _shade(place, figures)
+            place.fill_between(
+                motion.time_s, middle - 2 * sigma, middle + 2 * sigma, color=BAND, alpha=0.45, lw=0
+            )
+            place.grid(color="0.85", lw=0.6)
+        panel.plot(motion.time_s, values, color=LINE, lw=1.4)
         panel.set_ylabel(label)
-        panel.grid(color="0.85", lw=0.6)
-        panel.text(
-            0.995,
-            0.05,
-            f"±2σ: {2 * float(np.median(sigma)):.2g}",
-            transform=panel.transAxes,
-            ha="right",
-            fontsize=9,
-            color="#2b6cb0",
-        )
+        strip.axhline(0.0, color=LINE, lw=0.8)
+        strip.set_ylabel(f"±2σ ({unit})", fontsize=8)
+        strip.tick_params(axis="y", labelsize=8)
+        # A gap that was bridged would hide the rest: beyond this the band runs out of the strip.
+        reach = float(min(2.6 * np.max(sigma), 12 * np.median(sigma)))
+        strip.set_ylim(-reach, reach)
     axes[-1].set_xlabel("time (s)")
     axes[-1].set_xlim(motion.time_s[0], motion.time_s[-1])
+    figure.align_ylabels(axes)
     said = " (rendered recording)" if rendered else ""
     reference, moving = motion.poses
     figure.suptitle(f"Motion of the {moving} seen from the {reference}{said}", fontsize=12)
+    patches = [Patch(color=PHASE_COLOURS[name], label=name) for name in figures.phases_s]
+    patches.append(Patch(color=BAND, alpha=0.45, label="±2σ, below each curve enlarged"))
+    figure.legend(handles=patches, loc="outside lower center", ncols=6, frameon=False, fontsize=9)
     figure.savefig(path, dpi=110)
 
 
-def _shade(panel, figures: DrinkingFigures, *, named: bool) -> None:  # type: ignore[no-untyped-def]
-    """Colour the phases behind a panel, with their names above the first."""
+def _shade(panel, figures: DrinkingFigures) -> None:  # type: ignore[no-untyped-def]
+    """Colour the phases behind a panel."""
     for name, (start, end) in figures.phases_s.items():
         panel.axvspan(start, end, color=PHASE_COLOURS[name], lw=0)
-        if named:
-            panel.text(
-                0.5 * (start + end),
-                1.02,
-                name,
-                transform=panel.get_xaxis_transform(),
-                ha="center",
-                fontsize=9,
-                color="0.3",
-            )

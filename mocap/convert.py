@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -169,8 +169,9 @@ def given_tracks(path: Path | str) -> Tracks:
             return read_tracks(file)
     elif not file.is_file():
         return read_tracks(file)
-    table = read_positions(file)
-    return tracks_from(table, corner_origin=file.suffix.lower() == ".txt")
+    found = tracks_from(read_positions(file), corner_origin=file.suffix.lower() == ".txt")
+    # Other programs count time in their own ways: frames are what is trusted.
+    return replace(found, time_s=np.full_like(found.time_s, np.nan))
 
 
 def write_motion_files(motion: Capture, markers: MarkerFile, folder: Path) -> None:

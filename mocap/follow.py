@@ -16,6 +16,8 @@ from mocap.video import Frame, Video
 
 # Standard error (px) of a position set by hand without one.
 HAND_SIGMA_PX = 0.5
+# Times of a frame in a table and in the video may differ by this (s), for rounding.
+TIME_TOLERANCE_S = 1e-3
 
 
 def follow(
@@ -47,13 +49,15 @@ def follow(
     ------
     TrackingError
         If a marker is not found in the first used frame.
+    TracksError
+        If the given tracks belong to other markers, frames, times or a larger picture.
     VideoError
         If the video cannot be read.
     """
     _check_names(given, markers)
     tracker: Tracker | None = None
     for frame in video.frames(start_s=start_s, end_s=end_s):
-        guides = _guides(given, frame.index)
+        guides = _guides(given, frame)
         if tracker is None:
             tracker = _started(frame, markers, guides)
         tracker.see(frame.index, frame.time_s, frame.image, guides=guides)
@@ -62,9 +66,14 @@ def follow(
     assert tracker is not None
     tracks = tracker.tracks()
     if len(tracks.frame) < 2:
-        raise TrackingError(
-            f"{video.path}: only one frame is used; a motion needs at least two: widen "
-            "--start and --end"
+        why = "only one frame is used; a motion needs at least two: widen --start and --end"
+        if start_s is None and end_s is None:
+            why = "holds a single frame; a motion needs at least two"
+        raise TrackingError(f"{video.path}: {why}")
+    if given is not None and not np.isin(given.frame, tracks.frame).any():
+        raise TracksError(
+            f"--tracks: none of its frames ({given.frame[0]} to {given.frame[-1]}) is used "
+            f"({tracks.frame[0]} to {tracks.frame[-1]}): it belongs to another video or interval"
         )
     return _without(tracks, video.timing.distrusted, given)
 
@@ -96,18 +105,29 @@ def _check_names(given: Tracks | None, markers: MarkerFile) -> None:
         )
 
 
-def _guides(given: Tracks | None, frame: int) -> dict[str, Guide]:
+def _guides(given: Tracks | None, frame: Frame) -> dict[str, Guide]:
     """Return what the corrected tracks say about one frame."""
     if given is None:
         return {}
-    row = int(np.searchsorted(given.frame, frame))
-    if row >= given.frame.size or given.frame[row] != frame:
+    row = int(np.searchsorted(given.frame, frame.index))
+    if row >= given.frame.size or given.frame[row] != frame.index:
         return {}
+    if abs(given.time_s[row] - frame.time_s) > TIME_TOLERANCE_S:
+        raise TracksError(
+            f"--tracks: frame {frame.index} is at {given.time_s[row]:g} s there and at "
+            f"{frame.time_s:g} s in the video: it belongs to another video or another --fps"
+        )
+    height, width = frame.image.shape
     guides = {}
     for k, name in enumerate(given.names):
         status = str(given.status[row, k])
         if status in ("seen", "fixed"):
             x, y = (float(v) for v in given.position_px[row, k])
+            if not (-0.5 <= x <= width - 0.5 and -0.5 <= y <= height - 0.5):
+                raise TracksError(
+                    f"--tracks: {name} in frame {frame.index} lies at [{x:g}, {y:g}], off the "
+                    f"picture of {width} x {height} px: correct the row, or set it to 'lost'"
+                )
             sigma = float(given.sigma_px[row, k])
             guides[name] = Guide((x, y), sigma if math.isfinite(sigma) else HAND_SIGMA_PX, status)
         elif status == "predicted":

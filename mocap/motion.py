@@ -162,7 +162,11 @@ def usable_rows(tracks: Tracks, markers: MarkerFile) -> slice:
     runs = edges.reshape(-1, 2)
     first, last = max(runs, key=lambda run: run[1] - run[0])
     if last - first < 2:
-        raise MotionError("both bodies have all their markers in a single frame only")
+        gone = [name for name in needed if tracks.known(name).sum() < 2]
+        raise MotionError(
+            "both bodies have all their markers in a single frame only "
+            f"(frame {tracks.frame[first]}); lost at once: {', '.join(gone) or 'one after another'}"
+        )
     return slice(int(first), int(last))
 
 

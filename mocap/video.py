@@ -198,7 +198,12 @@ class Video:
     def _picture_stream(self, container: Any) -> Any:
         """Return the picture stream, or say what the file holds instead."""
         if not container.streams.video:
-            held = sorted({str(stream.type) for stream in container.streams}) or ["nothing"]
+            held = sorted({str(stream.type) for stream in container.streams})
+            if not held:
+                raise VideoError(
+                    f"{self.path}: is an empty container without any frame, as a camera leaves "
+                    "that was stopped at once; copy or record it again"
+                )
             raise VideoError(f"{self.path}: holds no picture, only {' and '.join(held)}")
         stream = container.streams.video[0]
         if stream.codec_context is None:
