@@ -17,10 +17,15 @@ from mocap.markers import DEFAULT_BODIES, MarkerFile
 
 # Distance from ear to nose on a person, mm (adults; generous).
 EAR_NOSE_MM = (75.0, 150.0)
+# Radius of a dot or ring that people paste or draw, mm (generous); smaller and larger spots are
+# texture.
+DOT_MM = (0.8, 8.0)
 # How unlike each other two marks of one package may be.
 PAIR_SIZE_RATIO = 1.6
 PAIR_CONTRAST_RATIO = 1.8
 MOST_SPOTS = 40
+# Nobody pastes a dot above the line from ear to nose; on the jaw there may be unnamed ones.
+COST_OF_A_SPOT_ABOVE = 0.15
 
 
 def assign_layout(
@@ -73,8 +78,10 @@ def assign_layout(
         for head in _head_choices(free, known, sought, package, markers):
             chosen = {**known, **package, **head}
             jaw = _jaw_choice(free, chosen, sought)
-            cost = _cost(chosen, markers)
-            if jaw is not None and (best is None or cost < best[0]):
+            if jaw is None or not _sized_like_markers({**chosen, **jaw}, markers):
+                continue
+            cost = _cost(chosen, markers) + COST_OF_A_SPOT_ABOVE * _spots_above(free, chosen)
+            if best is None or cost < best[0]:
                 best = (cost, {**package, **head, **jaw})
     if best is None:
         raise TrackingError(
@@ -158,6 +165,20 @@ def _jaw_choice(
     return dict(zip(wanted, ends, strict=True))
 
 
+def _spots_above(free: Sequence[Detection], chosen: Mapping[str, Detection]) -> int:
+    """Return how many spots like the ear's lie above the line from ear to nose, on the face."""
+    ear, nose = chosen["ear"], chosen["nose"]
+    along = (nose.x - ear.x, nose.y - ear.y)
+    length = math.hypot(*along)
+    others = [spot for spot in free if all(spot is not taken for taken in chosen.values())]
+    count = 0
+    for spot in others:
+        u = ((spot.x - ear.x) * along[0] + (spot.y - ear.y) * along[1]) / length**2
+        v = ((spot.y - ear.y) * along[0] - (spot.x - ear.x) * along[1]) / length**2
+        count += 0.2 < u < 1.4 and -1.0 < v < -0.1 and _alike(spot, ear)
+    return count
+
+
 def _cost(chosen: Mapping[str, Detection], markers: MarkerFile) -> float:
     """Return how unusual an arrangement is; less is better."""
     lower, upper = chosen["package_lower"], chosen["package_upper"]
@@ -167,6 +188,13 @@ def _cost(chosen: Mapping[str, Detection], markers: MarkerFile) -> float:
     usual = markers.scale_mm.get("head", 105.0)
     unlike = abs(math.log(lower.radius / upper.radius)) + abs(math.log(ear.radius / nose.radius))
     return abs(math.log(width / usual)) + unlike + 0.2 * abs(ear.y - nose.y) / (unit * width)
+
+
+def _sized_like_markers(chosen: Mapping[str, Detection], markers: MarkerFile) -> bool:
+    """Whether all spots are as large as markers are, by the scale of the package's pair."""
+    lower, upper = chosen["package_lower"], chosen["package_upper"]
+    unit = math.hypot(lower.x - upper.x, lower.y - upper.y) / markers.scale_mm["package"]
+    return all(DOT_MM[0] < spot.radius / unit < DOT_MM[1] for spot in chosen.values())
 
 
 def _alike(one: Detection, other: Detection) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from mocap.convert import ConvertResult, OutputError, convert, measure
 from mocap.exchange import read_positions
 from mocap.follow import follow
 from mocap.link import TrackingError
+from mocap.locate import locate_markers
 from mocap.markers import read_markers
 from mocap.noise import with_noise_in_time
 from mocap.phases import drinking_figures
@@ -22,6 +24,7 @@ from mocap.video import Video
 ROOT = Path(__file__).parents[2]
 SIP = ROOT / "scenarios" / "library" / "A38-F"
 BALL = ROOT / "tests" / "data" / "projectile"
+BOTTLES = ROOT / "tests" / "data" / "bottle" / "bottle.mp4"
 # The neck is near the lips while its lower mark is this close to its nearest place, mm.
 NEAR_MM = 30.0
 
@@ -182,6 +185,45 @@ def test_a_video_without_face_and_package_is_refused_in_words(tmp_path: Path) ->
     assert "round spots were found" in message
     assert "ear, nose, package_lower, package_upper looked for" in message
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["A38-F", "A38-AE", "DC-F", "DC-AE"])
+@pytest.mark.parametrize("jaw", [True, False])
+def test_markers_are_told_by_their_layout_wherever_the_clip_starts(
+    tmp_path: Path, name: str, jaw: bool
+) -> None:
+    """Also while the head is pitched back, and with dots on the jaw that the file does not name."""
+    folder = SIP.parent / name
+    text = (folder / "markers.toml").read_text(encoding="utf-8")
+    text = re.sub(r"^(ear|nose|package_lower|package_upper) = .*\n", "", text, flags=re.MULTILINE)
+    left = r'\1 = "auto"\n' if jaw else ""
+    text = re.sub(r"^(jaw_\w+) = .*\n", left, text, flags=re.MULTILINE)
+    (tmp_path / "markers.toml").write_text(text, encoding="utf-8")
+    wanted = read_markers(tmp_path / "markers.toml")
+    assert len(wanted.names) == (6 if jaw else 4)
+    with (folder / "truth.csv").open(encoding="utf-8") as handle:
+        truth = {(int(row["frame"]), row["marker"]): row for row in csv.DictReader(handle)}
+    for frame in Video(folder / "recording.mp4").frames():
+        if frame.index % 40 == 0:
+            for marker, spot in locate_markers(frame.image, wanted, frame.index).items():
+                row = truth[frame.index, marker]
+                apart = (spot.x - float(row["x_px"]), spot.y - float(row["y_px"]))
+                assert np.hypot(*apart) < 1.0, (frame.index, marker)
+
+
+def test_bottles_without_markers_are_refused_wherever_the_clip_starts(tmp_path: Path) -> None:
+    markers = tmp_path / "markers.toml"
+    markers.write_text("[scale]\npackage = 14.0\n[markers]\n")
+    wanted = read_markers(markers)
+    for frame in Video(BOTTLES).frames():
+        if frame.index % 20 == 0:
+            with pytest.raises(TrackingError, match=r"package_upper.* looked for|looked for 4"):
+                locate_markers(frame.image, wanted, frame.index)
+    with pytest.raises(TrackingError) as caught:
+        convert(BOTTLES, markers, tmp_path / "out")
+    assert "frame 0: 7 round spots were found" in str(caught.value)
+    assert "ear, nose, package_lower, package_upper looked for" in str(caught.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["markers.toml"]
 
 
 def test_results_are_replaced_whole_and_nothing_else_is(sip: ConvertResult, tmp_path: Path) -> None:
