@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -240,6 +240,7 @@ def replay(
     on_model: Callable[[Model], None] = lambda model: None,
     on_increment: Callable[[Increment], None],
     resume_from: Increment | None = None,
+    steps: StepSettings | None = None,
     progress: Callable[[float, str], None] = lambda share, what: None,
 ) -> Outcome:
     """Replay a scenario whose motion is known, and return how it went.
@@ -253,6 +254,8 @@ def replay(
     resume_from
         The last increment of an interrupted replay of the same scenario; the rest comes out bit
         for bit as if it had not been interrupted.
+    steps
+        How long steps are; the defaults are those of every reported result.
     progress
         Called with the share of the motion that is done.
 
@@ -267,7 +270,7 @@ def replay(
     progress(0.0, "meshing the lips")
     system = lips.system
     start_s, end_s = contact_period(system, seen.neck)
-    steps = StepSettings(watch_stability=True)
+    steps = replace(steps or StepSettings(), watch_stability=True)
     if resume_from is None:
         state = system.state_at_rest(start_s, seen.neck.at(start_s), next_step_s=steps.longest_s)
         on_model(lips.model)

@@ -1,0 +1,125 @@
+"""What moves in a sip when mesh and steps are refined.
+
+    python benchmarks/convergence.py [A38-F ...] [--resolutions coarse standard fine thesis]
+                                     [--halved standard]
+
+Replays each scenario at each resolution, and once more at the resolution named by ``--halved`` with
+steps of half the length and half the travel. A row has the largest value of each output over the
+sip; below the rows, the change from the second finest mesh to the finest, and from whole to halved
+steps, in percent. Time is processor time; memory is the largest that the process ever held.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from fem2d.march import StepSettings
+from scenarios.drinking import replay
+from scenarios.run import convert_recording
+from scenarios.solution import LIPS, Increment
+from scenarios.spec import library_names, read_scenario
+
+COLUMNS = (
+    "upper force, N",
+    "lower force, N",
+    "upper contact, mm",
+    "lower contact, mm",
+    "upper window, kPa",
+    "lower window, kPa",
+    "least log strain",
+    "largest log strain",
+    "von Mises, kPa",
+)
+
+
+def largest(increments: list[Increment]) -> list[float]:
+    """Return the largest size of each of ``COLUMNS`` over the sip."""
+
+    def top(*names: str) -> float:
+        values = [[increment.history[name] for name in names] for increment in increments]
+        return float(np.linalg.norm(values, axis=1).max())
+
+    return [
+        *(top(f"{lip}_lip_force_x_n", f"{lip}_lip_force_y_n") for lip in LIPS),
+        *(top(f"{lip}_lip_contact_mm") for lip in LIPS),
+        *(top(f"{lip}_lip_window_kpa") for lip in LIPS),
+        top("dermis_min_log_strain"),
+        top("dermis_max_log_strain"),
+        top("dermis_max_mises_kpa"),
+    ]
+
+
+def measured(
+    name: str, motion: Path, resolution: str, steps: StepSettings, label: str
+) -> list[float]:
+    """Replay once, print a row and return its values."""
+    scenario = read_scenario(name, [f"solver.resolution={resolution}"]).with_motion(motion)
+    increments: list[Increment] = []
+    started = time.process_time()
+    outcome = replay(scenario, on_increment=increments.append, steps=steps)
+    seconds = time.process_time() - started
+    values = largest(increments)
+    iterations = sum(increment.newton_iterations for increment in increments)
+    size = outcome.about["elements"]
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    ended = "" if outcome.finished else f" ({outcome.sentence})"
+    row = [
+        f"{label}{ended}",
+        f"{size:,}",
+        f"{len(increments)}, {iterations}",
+        *(f"{value:.4g}" for value in values),
+        f"{seconds:.0f}",
+        f"{memory:.0f}",
+    ]
+    print("| " + " | ".join(row) + " |", flush=True)
+    return values
+
+
+def changed(label: str, before: list[float], after: list[float]) -> None:
+    """Print by how many percent ``after`` differs from ``before``."""
+    percent = [f"{100 * (b / a - 1):+.1f} %" for a, b in zip(before, after, strict=True)]
+    print("| " + " | ".join([label, "", "", *percent, "", ""]) + " |", flush=True)
+
+
+def main() -> None:
+    """Run the scenarios and print a table for each."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenarios", nargs="*", default=library_names())
+    parser.add_argument(
+        "--resolutions", nargs="+", default=["coarse", "standard", "fine", "thesis"]
+    )
+    parser.add_argument("--halved", default="standard")
+    options = parser.parse_args()
+    whole = StepSettings()
+    half = StepSettings(longest_s=whole.longest_s / 2, travel_mm=whole.travel_mm / 2)
+    head = ["run", "triangles", "increments, iterations", *COLUMNS, "s", "MB"]
+    for name in options.scenarios:
+        print(f"\n{name}\n\n| {' | '.join(head)} |\n|{'---|' * len(head)}")
+        with tempfile.TemporaryDirectory() as scratch:
+            recording = read_scenario(name).recording
+            if recording is None:
+                raise SystemExit(f"{name} has no recording")
+            motion = convert_recording(
+                recording, Path(scratch) / "motion", progress=lambda share, what: None
+            ).motion
+            runs = {
+                resolution: measured(name, motion, resolution, whole, resolution)
+                for resolution in options.resolutions
+            }
+            if len(runs) > 1:
+                coarser, finest = options.resolutions[-2:]
+                changed(f"{coarser} → {finest}", runs[coarser], runs[finest])
+            if options.halved in runs:
+                label = f"{options.halved}, steps halved"
+                halved = measured(name, motion, options.halved, half, label)
+                changed("steps → halved", runs[options.halved], halved)
+
+
+if __name__ == "__main__":
+    main()
