@@ -53,7 +53,7 @@ class StepSettings:
 
     longest_s: float = field(default=0.04, metadata={"unit": "s", "help": "longest step"})
     shortest_s: float = field(default=1e-7, metadata={"unit": "s", "help": "shortest step"})
-    travel_mm: float = field(default=0.3, metadata={"unit": "mm", "help": "motion per step"})
+    travel_mm: float = field(default=0.15, metadata={"unit": "mm", "help": "motion per step"})
     easy_iterations: int = field(default=7, metadata={"help": "iterations of an easy step"})
     hard_iterations: int = field(default=14, metadata={"help": "iterations of a hard step"})
     watch_stability: bool = field(default=False, metadata={"help": "test every state"})

@@ -124,10 +124,10 @@ def solve(
     ``s·r`` is negative at the start of a step that leads downhill and vanishes where it should end
     (Crisfield 1982). A step that overshoots, as when it runs into contact, is shortened until most
     of that work is used up. A step that leads uphill, which an indefinite tangent can produce, is
-    replaced by one from the safe tangent. (An unsymmetric tangent makes steps that lead uphill and
-    are right, which is why success is asked for first.) Once the forces no longer shrink, steps
-    are halved, which ends the cycles into which points between stick and slip, or open and closed,
-    draw a full Newton method.
+    replaced by one from the safe tangent, unless it lessens the forces: with the unsymmetric
+    tangent of friction, steps that lead uphill can be right. Once the forces no longer shrink,
+    steps that do not halve them are shortened to half, which ends the cycles into which points
+    between stick and slip, or open and closed, draw a full Newton method.
     """
     displacement = start
     balance = balance_at(displacement)
@@ -185,16 +185,17 @@ def _next_iterate(
     solver.factorise(balance.matrix(False))
     step = -solver.solve(balance.residual)
     work = float(step @ balance.residual)
-    if damped:
-        step, work = 0.5 * step, 0.5 * work
     whole = displacement + step.reshape(displacement.shape)
     there = balance_at(whole)
-    if _norm(there) < 0.5 * _norm(balance):
+    if _norm(there) < (0.5 if work < 0 else 0.9) * _norm(balance):
         return whole, there
     if work >= 0:
         solver.factorise(balance.matrix(True))
         step = -solver.solve(balance.residual)
         work = float(step @ balance.residual)
+        there = balance_at(displacement + step.reshape(displacement.shape))
+    if damped:
+        step, work = 0.5 * step, 0.5 * work
         there = balance_at(displacement + step.reshape(displacement.shape))
     return _along(balance_at, displacement, balance, step.reshape(displacement.shape), work, there)
 
