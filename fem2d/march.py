@@ -1,8 +1,8 @@
 """From the first to the last instant of a rigid motion, in steps that adapt.
 
 Each step tries to bring the forces into balance with the rigid body where the motion puts it at the
-end of the step. A trial that fails leaves no trace: the step is halved and tried again from the
-same committed state. A trial that succeeds is committed and reported.
+end of the step. A trial that fails, or ends inside a wall, leaves no trace: the step is halved and
+tried again from the same committed state. A trial that succeeds is committed and reported.
 """
 
 from __future__ import annotations
@@ -47,6 +47,10 @@ class StepSettings:
         Most that the rigid body moves in one step while it touches, mm.
     easy_iterations, hard_iterations
         A step that needs no more (less) iterations than this is followed by a longer (shorter) one.
+    deepest_mm
+        Penetration of a rigid body beyond which a trial is rejected although its forces balance,
+        mm: tissue on both sides of a thin wall holds itself there, which the tissue cannot reach
+        without passing through the wall. Far more than the penalty ever allows.
     watch_stability
         Whether every committed state is tested for static stability.
     """
@@ -56,6 +60,7 @@ class StepSettings:
     travel_mm: float = field(default=0.15, metadata={"unit": "mm", "help": "motion per step"})
     easy_iterations: int = field(default=7, metadata={"help": "iterations of an easy step"})
     hard_iterations: int = field(default=14, metadata={"help": "iterations of a hard step"})
+    deepest_mm: float = field(default=0.1, metadata={"unit": "mm", "help": "deepest penetration"})
     watch_stability: bool = field(default=False, metadata={"help": "test every state"})
 
 
@@ -158,7 +163,7 @@ def march(
             )
             trial, balance = attempt(system, motion, state, duration, solver, newton, of_body)
             iterations += trial.iterations
-            if trial.converged:
+            if trial.converged and _deepest(balance) <= steps.deepest_mm:
                 break
             rejected += 1
             proposed = 0.5 * duration
@@ -298,6 +303,11 @@ def _travel_limit(system: System, motion: RigidMotion, state: State, steps: Step
     distance = np.linalg.norm(ahead.apply(corners) - state.placement.apply(corners), axis=1)
     farthest = float(np.max(distance))
     return np.inf if farthest == 0 else steps.longest_s * allowed / farthest
+
+
+def _deepest(balance: SystemBalance) -> float:
+    """Return the deepest penetration of a rigid body, mm."""
+    return max((-float(np.min(touch.points.gap)) for touch in balance.touching), default=0.0)
 
 
 def _growth(iterations: int, rejected: int, steps: StepSettings) -> float:

@@ -297,6 +297,8 @@ def replay(
         f"{result.status.value} in {result.increments} increments "
         f"({result.iterations} iterations, {result.cutbacks} cutbacks)"
     )
+    if resume_from is not None:
+        sentence += f" since it was resumed at {resume_from.time_s:.3f} s"
     if not finished:
         sentence += f", stopped at {result.state.time_s:.3f} s of {end_s:.3f} s"
     sentence += diary.unstable_in_words()

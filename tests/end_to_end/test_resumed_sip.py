@@ -1,0 +1,61 @@
+"""An interrupted replay goes on as if it had not been interrupted, in fields and in words."""
+
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap.convert import convert
+from scenarios.drinking import Outcome, replay
+from scenarios.solution import Increment
+from scenarios.spec import Scenario, read_scenario
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
+    scenario = read_scenario("A38-F", ["solver.resolution=coarse"])
+    assert scenario.recording is not None
+    out = tmp_path_factory.mktemp("converted") / "motion"
+    convert(Path(scenario.recording.video), Path(scenario.recording.markers), out)
+    return scenario.with_motion(out / "motion.csv")
+
+
+def stopped(
+    scenario: Scenario, *, after: int, resume_from: Increment | None = None
+) -> tuple[list[Increment], Outcome]:
+    """Replay so many increments."""
+    increments: list[Increment] = []
+
+    def commit(increment: Increment) -> None:
+        increments.append(increment)
+        if len(increments) == after:
+            raise KeyboardInterrupt
+
+    return increments, replay(scenario, on_increment=commit, resume_from=resume_from)
+
+
+def test_resumed_replay_gives_the_same_bits_and_the_same_summary(scenario: Scenario):
+    whole, outcome = stopped(scenario, after=60)
+    first, _ = stopped(scenario, after=45)
+    rest, resumed = stopped(scenario, after=15, resume_from=first[-1])
+    assert len(rest) == 15
+    for one, other in zip(whole, [*first, *rest], strict=True):
+        assert one.time_s == other.time_s
+        assert one.history == other.history
+        np.testing.assert_array_equal(one.displacement, other.displacement)
+        assert one.state.keys() == other.state.keys()
+        for name, values in one.state.items():
+            np.testing.assert_array_equal(values, other.state[name], err_msg=name)
+        for lip, contact in one.contact.items():
+            for item in fields(contact):
+                np.testing.assert_array_equal(
+                    getattr(contact, item.name), getattr(other.contact[lip], item.name)
+                )
+    assert outcome.about == resumed.about
+    # The deepest penetration so far came before the interruption in at least one of the pairs.
+    assert outcome.about["largest_penetration_neck_mm"] > 0
+    assert f"since it was resumed at {first[-1].time_s:.3f} s" in resumed.sentence
+    assert "resumed" not in outcome.sentence
