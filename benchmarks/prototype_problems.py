@@ -240,14 +240,13 @@ def _system(
 
 
 def _graded_block(width: float, height: float, edge: float) -> skfem.MeshQuad:
-    """Return four-node elements, equal in the dermis and growing by a tenth a row below it.
+    """Return four-node elements, equal in the dermis and growing below it.
 
     With an edge of 0.15 mm these are the 134 × 30 nodes of the prototypes.
     """
-    top = height - DERMIS_MM - DERMIS_MM * np.arange(1, 0, -1)
     rows = round(DERMIS_MM / edge)
     steps = [edge]
-    growth = 1.105 ** (edge / 0.15)
+    growth = 1.11 ** (edge / 0.15)
     while sum(steps) < height - DERMIS_MM:
         steps.append(steps[-1] * growth)
     below = np.concatenate([[0.0], np.cumsum(steps)]) * (height - DERMIS_MM) / sum(steps)

@@ -285,3 +285,31 @@ def test_energy_lost_by_a_layer_that_sticks_and_slips():
     slipping = np.array([c.contacts[0].points.slipping.all() for c in commits])
     first = where[back][np.argmax(slipping[back])]
     assert reach - first == pytest.approx(2 * slip_at, abs=reach / 20)
+
+
+@pytest.mark.parametrize(("below", "above"), [(0.3, 2.0), (2.0, 0.3)])
+def test_each_pair_has_its_own_friction(below, above):
+    # A block between two plates, the lower one dragged: it slides on the plate with less friction
+    # and sticks to the other, though both press it with the same force.
+    body = block(np.linspace(0, 4, 17), np.linspace(0, 0.5, 5), linear_elastic(1.0, 0.3))
+    sides = {side: Surface(body.edges(side), body.nodes) for side in ("bottom", "top")}
+    normal = NormalLaw(50.0, 1e-5)
+    plates = (
+        RigidContact("below", sides["bottom"], plane_below(), normal, FrictionLaw(below, 50.0)),
+        RigidContact(
+            "above", sides["top"], plane_below().moved(np.pi, [0, 0.5]), normal,
+            FrictionLaw(above, 50.0), moving=False,
+        ),
+    )  # fmt: skip
+    system = LoadedSystem(body, plates, (), QUASI_STATIC)
+    motion = path([0, 1, 2], [[0, 0], [0, 2e-3], [0.3, 2e-3]])
+    last = followed(system, motion, increments=80)[-1]
+    forces = [touch.force.reshape(-1, 2).sum(axis=0) for touch in last.contacts]
+    assert forces[0][1] == pytest.approx(-forces[1][1], rel=1e-6)
+    assert forces[0][0] / forces[0][1] == pytest.approx(min(below, above), rel=5e-4)
+    slipping = [
+        np.mean(touch.points.slipping[touch.points.pressure > 0]) for touch in last.contacts
+    ]
+    slides, sticks = (0, 1) if below < above else (1, 0)
+    assert slipping[slides] == 1.0
+    assert slipping[sticks] < 0.9
