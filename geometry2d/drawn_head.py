@@ -229,10 +229,13 @@ class HeadDrawing:
                 focus=skin[away <= FOCUS_REACH_MM],
             )
         except RegionError as error:
-            raise SectionError(
-                f"{error}; the dermis there is {dermis_mm:g} mm thick: draw {lip}_skin rounder, "
-                f"make the dermis thinner, or draw {lip}_interface"
-            ) from error
+            remedy = (
+                f"the dermis there is {dermis_mm:g} mm thick: draw {lip}_skin rounder, make the "
+                f"dermis thinner, or draw {lip}_interface"
+                if "'dermis'" in str(error)
+                else f"do {lip}_bone, {lip}_inner and the straight cut stay behind the skin?"
+            )
+            raise SectionError(f"{error}; {remedy}") from error
 
     def _edge(self, lip: str, skin: Array) -> float:
         """Arc length, mm, of the edge of a lip on its skin (n, 2)."""

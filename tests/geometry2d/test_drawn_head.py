@@ -1,5 +1,6 @@
 """Heads from drawings and from cuts through surfaces: the measured head, drawn, comes back."""
 
+import contextlib
 import dataclasses
 import struct
 from functools import cache
@@ -8,6 +9,8 @@ import ezdxf
 import numpy as np
 import pytest
 import shapely
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from geometry2d.chains import Chain, SectionError, open_curve, outline_through
 from geometry2d.drawn_head import OPEN, TEETH, HeadDrawing, drawn_head, lip_curves
@@ -116,27 +119,45 @@ def test_what_is_drawn_has_neither_direction_nor_place():
     assert_same(measured(), moved.head(dermis_mm=1.0, tie_fade_mm=4.0), within=1e-9, offset=1e-9)
 
 
-def test_a_head_drawn_by_hand_can_be_meshed(tmp_path):
-    """Two plain lips of lines and Bézier curves, as a drawing program writes them."""
-    paths = {
-        "upper_skin": "M 90 47 C 92 50 96 50 98 49 C 103 48 104 42 102 36 C 100 28 106 24 112 18",
-        "upper_inner": "M 88 37 C 88 41 88 44 90 47",
-        "upper_bone": "M 100 14 C 92 20 88 28 88 37",
-        "lower_skin": "M 86 62 C 88 58 98 58 98 64 C 98 69 93 73 91 78 C 89.4 82 93 90 92 98",
-        "lower_inner": "M 83 72 C 83 68 84 65 86 62",
-        "lower_bone": "M 83 72 L 80 98",
-        "upper_tooth": "M 87 30 C 87.5 40 88 44 88 52 L 85 52 L 80 30 Z",
-        "lower_tooth": "M 79 55 L 82 56 L 82.5 72 L 82 80 L 76 80 Z",
-    }
-    content = "".join(f'<path id="{name}" d="{data}"/>' for name, data in paths.items())
+BY_HAND = {
+    "upper_skin": "M 90 47 C 92 50 96 50 98 49 C 103 48 104 42 102 36 C 100 28 106 24 112 18",
+    "upper_inner": "M 88 37 C 88 41 88 44 90 47",
+    "upper_bone": "M 100 14 C 92 20 88 28 88 37",
+    "lower_skin": "M 86 62 C 88 58 98 58 98 64 C 98 69 93 73 91 78 C 89.4 82 93 90 92 98",
+    "lower_inner": "M 83 72 C 83 68 84 65 86 62",
+    "lower_bone": "M 83 72 L 80 98",
+    "upper_tooth": "M 87 30 C 87.5 40 88 44 88 52 L 85 52 L 80 30 Z",
+    "lower_tooth": "M 79 55 L 82 56 L 82.5 72 L 82 80 L 76 80 Z",
+}
+"""Two plain lips of lines and Bézier curves, as a drawing program writes them."""
+
+
+def by_hand():
+    content = "".join(f'<path id="{name}" d="{data}"/>' for name, data in BY_HAND.items())
     content += '<circle id="ear_mark" r="1"/><circle id="nose_mark" cx="104" cy="13" r="2"/>'
+    return f'<svg width="120mm" height="120mm" viewBox="0 0 120 120">{content}</svg>'
+
+
+def test_a_head_drawn_by_hand_can_be_meshed(tmp_path):
     file = tmp_path / "head.svg"
-    file.write_text(f'<svg width="120mm" height="120mm" viewBox="0 0 120 120">{content}</svg>')
+    file.write_text(by_hand())
     head = drawn_head(file, dermis_mm=1.0, tie_fade_mm=4.0)
     mesh = section_mesh([head.upper, head.lower], LEVELS["coarse"])
     assert mesh_quality(mesh).smallest_angle_deg > 15.0
     np.testing.assert_allclose(head.landmarks["nose"], [104, -13], atol=1e-9)
     assert head.landmarks["stomion_upper"][1] > head.landmarks["stomion_lower"][1]
+
+
+@settings(
+    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(st.integers(0, len(by_hand())), st.binary(max_size=4))
+def test_any_damage_to_a_drawing_is_our_error(tmp_path, place, damage):
+    content = by_hand().encode()
+    file = tmp_path / "head.svg"
+    file.write_bytes(content[:place] + damage + content[place + len(damage) :])
+    with contextlib.suppress(SectionError):
+        drawn_head(file, dermis_mm=1.0, tie_fade_mm=4.0)
 
 
 @pytest.mark.parametrize("name", [*OPEN, *TEETH, "ear_mark", "nose_mark"])
@@ -156,6 +177,12 @@ def changed(**curves):
             for name, curve in drawing.curves.items()
         },
     )
+
+
+def bulging(curve):
+    """A curve whose middle reaches 25 mm forward, its ends kept."""
+    bump = np.sin(np.linspace(0.0, np.pi, len(curve))) ** 2
+    return curve + np.column_stack([25.0 * bump, 0.0 * bump])
 
 
 @pytest.mark.parametrize(
@@ -188,6 +215,10 @@ def changed(**curves):
                 }
             ),
             "lips overlap",
+        ),
+        (
+            lambda: changed(upper_bone=bulging),
+            "bulk.*stay behind the skin",
         ),
         (
             lambda: dataclasses.replace(
