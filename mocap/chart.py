@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mocap.motion import Capture
 from mocap.phases import DrinkingFigures, drinking_figures
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 PHASE_COLOURS = {
     "approach": "#e8eef5",
@@ -20,14 +24,18 @@ LINE, BAND = "#1a365d", "#2b6cb0"
 
 
 def write_chart(motion: Capture, path: Path, *, rendered: bool) -> None:
-    """Write position and turn of the package seen from the head as a PNG.
+    """Write the picture of :func:`motion_figure` as a PNG."""
+    motion_figure(motion, rendered=rendered).savefig(path, dpi=110)
+
+
+def motion_figure(motion: Capture, *, rendered: bool) -> Figure:
+    """Return position and turn of the package seen from the head against time.
 
     Parameters
     ----------
     motion
-        The motion; its standard errors are drawn as bands of ±2σ.
-    path
-        The file to write.
+        The motion; its standard errors are drawn as bands of ±2σ, along each curve and, since they
+        are narrow beside a motion of centimetres, once more on a scale of their own below it.
     rendered
         Whether the recording was drawn, which the title then says.
     """
@@ -49,7 +57,13 @@ def write_chart(motion: Capture, path: Path, *, rendered: bool) -> None:
         for place, middle in ((panel, values), (strip, np.zeros_like(values))):
             _shade(place, figures)
             place.fill_between(
-                motion.time_s, middle - 2 * sigma, middle + 2 * sigma, color=BAND, alpha=0.45, lw=0
+                motion.time_s,
+                middle - 2 * sigma,
+                middle + 2 * sigma,
+                color=BAND,
+                alpha=0.45,
+                lw=0,
+                label="band",
             )
             place.grid(color="0.85", lw=0.6)
         panel.plot(motion.time_s, values, color=LINE, lw=1.4)
@@ -69,7 +83,7 @@ def write_chart(motion: Capture, path: Path, *, rendered: bool) -> None:
     patches = [Patch(color=PHASE_COLOURS[name], label=name) for name in figures.phases_s]
     patches.append(Patch(color=BAND, alpha=0.45, label="±2σ, below each curve enlarged"))
     figure.legend(handles=patches, loc="outside lower center", ncols=6, frameon=False, fontsize=9)
-    figure.savefig(path, dpi=110)
+    return figure
 
 
 def _shade(panel, figures: DrinkingFigures) -> None:  # type: ignore[no-untyped-def]

@@ -36,7 +36,7 @@ ENOUGH = 20
 MOVING_PX = 0.3
 STILL_PX = 0.06
 # Variance that compression adds in a key frame over that in other frames: 0.29 ± 0.07 in H.264
-# (seeds 100 to 119 of benchmarks/tracking_honesty.py; others serve as the check).
+# (twenty drawn clips; those of benchmarks/tracking_accuracy.py serve as the check).
 KEY_FRAME_SHARE = 0.3
 # From the median of absolute values of a normal variable to its standard deviation.
 NORMAL_MEDIAN = 0.6744897501960817

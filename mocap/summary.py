@@ -39,7 +39,9 @@ def summary(
         The marker file, what was measured, the picture's size.
     """
     motion = measured.motion
+    depth = depth_effect(measured, markers)
     warnings = [*_video_warnings(info, timing), *_measurement_warnings(measured, markers)]
+    warnings += depth.pop("warnings")
     return {
         "command": "drinksim convert",
         "recording": {
@@ -63,7 +65,7 @@ def summary(
         },
         "markers": {name: _marker(measured.tracks, name) for name in measured.tracks.names},
         "scale": {body: _scale(scale) for body, scale in measured.scales.items()},
-        "depth": depth_effect(measured, markers),
+        "depth": depth,
         "bodies": {
             body: {
                 "markers": list(pose.markers),
@@ -116,23 +118,33 @@ def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
     """Return how far apart the bodies lie in depth and what ignoring that would do.
 
     ``error_without_mm`` is the RMS difference between the relative position as measured and as it
-    would be with the package's scale for both bodies, beyond a constant and with it.
+    would be with the package's scale for both bodies, with a constant and beyond it. Where the head
+    has no scale of its own, ``error_per_percent_mm`` is that error for each percent by which it
+    appears larger than the package, and ``warnings`` say so.
     """
     head, package = measured.scales[markers.reference], measured.scales[markers.moving]
     ratio = head.px_per_mm / package.px_per_mm
     report: dict[str, Any] = {
         "own_scale_of_reference": head.source != package.source,
         "reference_over_moving_scale": float(np.mean(ratio)),
+        "warnings": [],
     }
+    mark = measured.tracks.names.index(markers.bodies[markers.reference][0])
+    from_axis = (measured.flat_px[:, mark] - measured.centre_px) * np.array([1.0, -1.0])
+    known = np.isfinite(from_axis[:, 0])
     if head.source == package.source:
-        report["note"] = (
-            f"[scale] {markers.reference} is not given: both bodies are taken to lie at one depth"
-        )
+        away = from_axis[known] / package.px_per_mm[known, None]
+        wrong = 0.01 * float(np.sqrt(np.mean(np.sum(away**2, axis=1))))
+        report["error_per_percent_mm"] = wrong
+        if len(markers.bodies[markers.reference]) > 1 and markers.moving in markers.scale_mm:
+            report["warnings"] = [
+                f"[scale] {markers.reference} is not given: both bodies are taken to lie at one "
+                f"depth; for each percent by which {markers.reference} appears larger (15 mm "
+                f"nearer, at 1.5 m) positions are wrong by {wrong:.1f} mm, which is not in the "
+                "stated errors"
+            ]
         return report
-    ear = measured.tracks.names.index(markers.bodies[markers.reference][0])
-    from_axis = (measured.flat_px[:, ear] - measured.centre_px) * np.array([1.0, -1.0])
     displaced = from_axis * (1 / package.px_per_mm - 1 / head.px_per_mm)[:, None]
-    known = np.isfinite(displaced[:, 0])
     start = displaced[known][0]
     report["error_without_mm"] = float(np.sqrt(np.mean(np.sum(displaced[known] ** 2, axis=1))))
     report["error_of_motion_without_mm"] = float(

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from clips import Clip
 
+from mocap.chart import motion_figure
 from mocap.convert import Measurement, convert, given_tracks, measure
 from mocap.follow import follow
 from mocap.link import TrackingError
@@ -18,6 +19,7 @@ from mocap.markers import MarkerFileError, read_markers
 from mocap.motion import MotionError
 from mocap.noise import with_noise_in_time
 from mocap.scale import Picture
+from mocap.summary import depth_effect
 from mocap.synthetic import Truth, write_recording
 from mocap.tracks import Tracks, TracksError, read_tracks
 from mocap.video import Video
@@ -56,6 +58,16 @@ def test_clean_clip_to_a_twentieth_of_a_pixel() -> None:
     assert rms(pixel_errors(tracks, truths)) < 0.05
 
 
+def test_errors_do_not_depend_on_the_place_within_a_pixel() -> None:
+    tracks, _, truths = tracked(SMALL)
+    off = pixel_errors(tracks, truths)
+    phase = (tracks.position_px - off) % 1
+    fifth = np.minimum((5 * phase).astype(int), 4)
+    means = [off[fifth == k].mean() for k in range(5)]
+    assert min(np.count_nonzero(fifth == k) for k in range(5)) > 40
+    assert np.ptp(means) < 0.02
+
+
 @pytest.mark.parametrize(
     "clip",
     [
@@ -92,17 +104,38 @@ def test_every_marker_is_itself_again_after_a_hand_passed() -> None:
     assert within.mean() > 0.9
 
 
-def test_depth_of_the_head_is_corrected_with_its_own_scale() -> None:
-    clip = replace(SMALL, seed=6, head_depth_mm=65.0, full_well_e=6000)
-    _, measured, truths = tracked(clip)
-    place, _ = clip.relative_truth(truths)
+@pytest.mark.parametrize(
+    "clip",
+    [
+        replace(SMALL, seed=6, head_depth_mm=65.0, full_well_e=6000),
+        pytest.param(
+            Clip(1, 1280, 720, 2.9, frames=40, head_depth_mm=65.0, full_well_e=5000, crf=20),
+            marks=pytest.mark.slow,
+        ),
+    ],
+    ids=["480x300", "1280x720"],
+)
+def test_depth_of_the_head_is_corrected_with_its_own_scale(clip: Clip) -> None:
+    """And the report says how wrong the position would be without, from the clip itself."""
+    tracks, measured, truths = tracked(clip)
+    markers = drawn(clip)[1]
+    place, turn = clip.relative_truth(truths)
     assert rms(measured.motion.relative_mm - place) < 0.15
-    video, markers, _ = drawn(clip)
+    assert np.degrees(rms(measured.motion.relative_rad - turn)) < (
+        0.15 if clip.width > 1000 else 0.3
+    )
+    said = depth_effect(measured, read_markers(markers))
     blind = markers.with_name("blind.toml")
     blind.write_text(clip.marker_file(truths[0], head_scale=False))
-    tracks = with_noise_in_time(follow(Video(video), read_markers(blind))).bridged()
     without = measure(tracks, read_markers(blind), Picture(clip.width, clip.height))
-    assert rms(without.motion.relative_mm - place) > 2.0
+    wrong = np.sqrt(np.mean(np.sum((without.motion.relative_mm - place) ** 2, axis=1)))
+    assert wrong > 3.0
+    assert said["error_without_mm"] == pytest.approx(wrong, rel=0.1)
+    # Without it, only what a difference of depth would do can be said.
+    unsure = depth_effect(without, read_markers(blind))
+    percent = 100 * (said["reference_over_moving_scale"] - 1)
+    assert percent * unsure["error_per_percent_mm"] == pytest.approx(wrong, rel=0.15)
+    assert any("[scale] head is not given" in warning for warning in unsure["warnings"])
 
 
 def test_stated_errors_hold_for_pixels_and_motions() -> None:
@@ -174,6 +207,44 @@ def test_a_clip_corrected_by_hand(tmp_path: Path) -> None:
     again = read_tracks(tmp_path / "second" / "tracks.csv")
     np.testing.assert_allclose(again.position_px, tracks.position_px, atol=1e-4)
     assert again.names == tracks.names
+
+
+def test_points_for_some_frames_only_are_honoured_and_filled_in_between(tmp_path: Path) -> None:
+    """Two rows by hand, nothing else: the rest is tracked, from where the hand put the marker."""
+    video, markers, _ = drawn(SMALL)
+    tracks, _, _ = tracked(SMALL)
+    nose, ear = (tracks.position_px[:, tracks.names.index(name)] for name in ("nose", "ear"))
+    path = tmp_path / "few.csv"
+    path.write_text(
+        "frame,time_s,marker,x_px,y_px,sigma_px,status\n"
+        f"8,{tracks.time_s[8]:.6f},nose,{nose[8, 0] + 1.5:.3f},{nose[8, 1]:.3f},0.3,fixed\n"
+        f"20,{tracks.time_s[20]:.6f},nose,{nose[20, 0]:.3f},{nose[20, 1] - 1.2:.3f},,fixed\n"
+    )
+    found = follow(Video(video), read_markers(markers), given=given_tracks(path)).bridged()
+    k = found.names.index("nose")
+    np.testing.assert_allclose(found.position_px[8, k], nose[8] + [1.5, 0], atol=1e-3)
+    np.testing.assert_allclose(found.position_px[20, k], nose[20] - [0, 1.2], atol=1e-3)
+    assert list(found.status[[7, 8, 9, 20], k]) == ["seen", "fixed", "seen", "fixed"]
+    assert found.sigma_px[8, k] == 0.3 and found.sigma_px[20, k] == 0.5
+    others = np.delete(np.arange(len(found.frame)), [8, 20])
+    np.testing.assert_allclose(found.position_px[others, k], nose[others], atol=0.02)
+    np.testing.assert_allclose(found.position_px[:, found.names.index("ear")], ear, atol=0.02)
+
+
+def test_the_picture_of_the_motion_shows_its_uncertainty_as_a_band() -> None:
+    _, measured, _ = tracked(SMALL)
+    motion = measured.motion
+    axes = motion_figure(motion, rendered=True).axes
+    curves = [*motion.relative_mm.T, np.degrees(motion.relative_rad)]
+    sigmas = [*motion.sigma[:, :2].T, np.degrees(motion.sigma[:, 2])]
+    for panel, strip, curve, sigma in zip(axes[::2], axes[1::2], curves, sigmas, strict=True):
+        for place, middle in ((panel, curve), (strip, 0 * curve)):
+            (band,) = (c for c in place.collections if c.get_label() == "band")
+            corners = band.get_paths()[0].vertices
+            assert corners[:, 1].max() == pytest.approx((middle + 2 * sigma).max())
+            assert corners[:, 1].min() == pytest.approx((middle - 2 * sigma).min())
+        # The strip is there because the band is too narrow beside the motion.
+        assert np.median(4 * sigma) > 0.2 * np.ptp(strip.get_ylim())
 
 
 def test_tracks_of_another_program_are_taken_over(tmp_path: Path) -> None:
