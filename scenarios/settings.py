@@ -109,13 +109,12 @@ def split_override(text: str) -> tuple[list[str], Value]:
 
 
 def toml_lines(table: object) -> list[str]:
-    """Return one ``key = value  # unit: description`` line per field that has a value."""
+    """Return one ``key = value  # unit: description`` line per field; no value, only a comment."""
     lines = []
     for field in _fields(type(table)):
         value = getattr(table, field.name)
-        if value is None:
-            continue
-        assignment = f"{field.name} = {toml_value(value)}"
+        given = value is not None
+        assignment = f"{field.name} = {toml_value(value)}" if given else f"# {field.name} ="
         note = about(field)
         lines.append(f"{assignment:<38} # {note}" if note else assignment)
     return lines
