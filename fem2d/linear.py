@@ -7,8 +7,10 @@ of SuperLU's time (benchmarks/linear.py), installs from a wheel and is chosen wh
 
 from __future__ import annotations
 
+import os
 import sys
 from functools import cache
+from importlib.metadata import PackageNotFoundError, files
 from typing import Protocol
 
 import numpy as np
@@ -73,6 +75,9 @@ class Pardiso:
     def __init__(self) -> None:
         from pypardiso import PyPardisoSolver
 
+        library = _mkl_library()
+        if library is not None:
+            os.environ.setdefault("PYPARDISO_MKL_RT", library)
         self._library = PyPardisoSolver(mtype=self._MATRIX_TYPE)
         self._library.libmkl.MKL_Set_Num_Threads(1)
         for number, value in self._PARAMETERS:
@@ -118,6 +123,19 @@ class Pardiso:
             self._call(self._FREE, matrix, np.zeros(matrix.shape[0]))
 
 
+@cache
+def _mkl_library() -> str | None:
+    """Return where MKL's own wheel says that its library is, or None.
+
+    Left to itself, the wrapper searches the whole environment for it, half a second a solver.
+    """
+    try:
+        installed = files("mkl") or []
+    except PackageNotFoundError:
+        return None
+    return next((str(file.locate()) for file in installed if "mkl_rt" in file.name), None)
+
+
 def negative_pivots(symmetric: sp.csr_matrix) -> int:
     """Return the number of negative eigenvalues of a symmetric matrix.
 
@@ -153,8 +171,7 @@ class _SymmetricPardiso(Pardiso):
 
 @cache
 def _symmetric_pardiso() -> _SymmetricPardiso:
-    # Made once: looking for the library takes the wrapper half a second, analysing the pattern of a
-    # run's matrices three times as long as factorising one.
+    # Made once: analysing the pattern of a run's matrices takes three times as long as factorising.
     return _SymmetricPardiso()
 
 
