@@ -180,6 +180,7 @@ class Tracker:
     _followers: dict[str, Follower] = field(default_factory=dict)
     _vectors: dict[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
     _rows: dict[str, list[tuple[float, float, float, str]]] = field(default_factory=dict)
+    _ellipses: dict[str, list[tuple[float, ...]]] = field(default_factory=dict)
     _frames: list[int] = field(default_factory=list)
     _times: list[float] = field(default_factory=list)
 
@@ -190,6 +191,7 @@ class Tracker:
             motion = Motion.at_rest(found.x, found.y, speed)
             self._followers[name] = Follower(name, body, motion, found)
             self._rows[name] = []
+            self._ellipses[name] = []
 
     def see(
         self,
@@ -220,6 +222,10 @@ class Tracker:
                 follower.missing += 1
                 row = (math.nan, math.nan, math.nan, "lost")
             self._rows[name].append(row)
+            fitted = detection is not None and row[3] == "seen" and guide is None
+            self._ellipses[name].append(
+                tuple(detection.parameters[2:5]) if detection and fitted else (math.nan,) * 3
+            )
 
     def _remember_shape(self, found: Mapping[str, Detection]) -> None:
         """Keep the vectors between markers of one body that are seen together."""
@@ -259,6 +265,7 @@ class Tracker:
             position_px=np.swapaxes(rows[:, :, :2], 0, 1).copy(),
             sigma_px=rows[:, :, 2].T.copy(),
             status=status,
+            ellipse=np.swapaxes(np.array([self._ellipses[name] for name in names]), 0, 1),
         )
 
     def _found(self, image: Image, guides: Mapping[str, Guide]) -> dict[str, Detection]:

@@ -21,11 +21,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from mocap.markers import Lens, MarkerFile, PlanePoints
 from mocap.tracks import Tracks
+from mocap.turning import Cause, Flattening, flattening
 
 Array: TypeAlias = NDArray[np.float64]
 
-# A pair of marks this much shorter than usual is turned out of the plane or further away.
+# Marks whose distance differs by this share are turned out of the plane or moved in depth.
 FORESHORTENED = 0.02
+# Marks of a body that turns count for its scale while it is turned less than by this share (8°).
+LEAST_TURNED = 0.01
 # Highest degree of the polynomial in time that a scale may follow.
 HIGHEST_DEGREE = 3
 # A change of scale over the clip below this share is not followed: it would only add noise.
@@ -63,8 +66,11 @@ class BodyScale:
         The body whose marks gave it.
     change
         Share by which the scale varies over the clip.
-    foreshortened
-        Frame rows in which the pair appears shorter than its scale says by more than 2 %.
+    foreshortened, enlarged
+        Frame rows in which the pair appears shorter, or longer, than its scale says by more than
+        2 %.
+    flattening
+        What the dots' shape says about why the distance changes.
     """
 
     px_per_mm: Array
@@ -72,6 +78,8 @@ class BodyScale:
     source: str
     change: float
     foreshortened: tuple[int, ...]
+    enlarged: tuple[int, ...]
+    flattening: Flattening
 
 
 def axis_px(lens: Lens, picture: Picture) -> Array:
@@ -213,14 +221,41 @@ def _scale_of_pair(
     relative = np.hypot(
         fit_sigma / float(np.mean(fitted)), markers.scale_sigma_mm[body] / length_mm
     )
-    short = both & (distance < (1 - FORESHORTENED) * fitted - 3 * sigma)
+    flat_dots = Flattening(np.nan, np.nan)
+    if tracks.ellipse is not None:
+        pair_at = [first, second]
+        flat_dots = flattening(
+            time[both], tracks.position_px[both][:, pair_at], tracks.ellipse[both][:, pair_at]
+        )
+    if flat_dots.cause is Cause.TURNING:
+        fitted, change = np.full_like(fitted, _unturned(distance, sigma, both, fitted.max())), 0.0
+    differs = FORESHORTENED * fitted + 3 * sigma
     return BodyScale(
         px_per_mm=fitted / length_mm,
         relative_sigma=float(relative),
         source=body,
         change=change,
-        foreshortened=tuple(int(i) for i in np.flatnonzero(short)),
+        foreshortened=tuple(int(i) for i in np.flatnonzero(both & (distance < fitted - differs))),
+        enlarged=tuple(int(i) for i in np.flatnonzero(both & (distance > fitted + differs))),
+        flattening=flat_dots,
     )
+
+
+def _unturned(distance: Array, sigma: Array, use: NDArray[np.bool_], start: float) -> float:
+    """Return the distance of a pair when it is turned least: what turns keeps its scale.
+
+    The weighted mean of the samples that are not clearly shorter than it, from ``start`` on.
+    """
+    level = float(start)
+    for _ in range(20):
+        kept = use & (distance > (1 - LEAST_TURNED) * level - 2 * sigma)
+        if not kept.any():
+            break
+        weight = 1 / np.maximum(sigma[kept], 1e-4) ** 2
+        before, level = level, float(weight @ distance[kept] / weight.sum())
+        if abs(level - before) < 1e-6 * level:
+            break
+    return level
 
 
 def _slow_trend(

@@ -187,6 +187,9 @@ def _scale(scale: BodyScale) -> dict[str, Any]:
         "from_marks_of": scale.source,
         "change": scale.change,
         "foreshortened_frames": len(scale.foreshortened),
+        "enlarged_frames": len(scale.enlarged),
+        "flattening_share": scale.flattening.share,
+        "flattening_share_sigma": scale.flattening.sigma,
     }
 
 
@@ -228,15 +231,18 @@ def _measurement_warnings(measured: Measurement, markers: MarkerFile) -> list[st
                 "no part in the motion"
             )
     for body, scale in measured.scales.items():
-        if scale.source == body and scale.foreshortened:
+        if scale.source != body:
+            continue
+        cause = scale.flattening.cause.value
+        for frames, how in ((scale.foreshortened, "close together"), (scale.enlarged, "far apart")):
+            if frames:
+                warnings.append(
+                    f"{body}: its marks appear too {how} in {len(frames)} frames; {cause}"
+                )
+        if scale.change > 0.02:
             warnings.append(
-                f"{body}: its marks appear too close together in {len(scale.foreshortened)} frames:"
-                " turned out of the plane"
-            )
-        if scale.source == body and scale.change > 0.02:
-            warnings.append(
-                f"{body}: its apparent size changes by {100 * scale.change:.1f} %: it moves in "
-                "depth or turns out of the plane"
+                f"{body}: its apparent size changes by {100 * scale.change:.1f} %, which is "
+                f"followed as depth; {cause}"
             )
     return warnings
 

@@ -36,6 +36,9 @@ class Tracks:
         (n, m, 2) and (n, m): where each is and the standard error of a coordinate; nan if lost.
     status
         (n, m): "seen", "predicted" (bridged), "lost", or "fixed" (set by hand).
+    ellipse
+        (n, m, 3) entries xx, xy, yy of the symmetric G whose |G (x − c)| = 1 is the edge of a
+        marker that was fitted, 1/px, nan elsewhere; None where no picture was seen, as in a file.
     """
 
     frame: NDArray[np.int_]
@@ -44,6 +47,7 @@ class Tracks:
     position_px: Array
     sigma_px: Array
     status: NDArray[np.str_]
+    ellipse: Array | None = None
 
     def of(self, name: str) -> tuple[Array, Array]:
         """Return position (n, 2) and standard error (n,) of one marker, px."""
