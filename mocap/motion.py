@@ -46,6 +46,8 @@ COLUMNS = (
 RIGID_LIMIT = 5.0
 # ... and by more than this (mm), since stated errors may be very small.
 RIGID_LEAST_MM = 0.3
+# Standard errors over the usual one from which on a marker was bridged rather than seen.
+BRIDGED = 4.0
 
 
 class MotionError(ValueError):
@@ -58,9 +60,10 @@ class Poses:
 
     ``position_mm`` (n, 2) is that of the first marker, ``angle_rad`` (n,) the rotation since the
     first frame; ``covariance`` (n, 3, 3) belongs to (x, y, angle). ``residual_mm`` (n,) is the RMS
-    distance of the markers from their rigid places. ``turns`` is False for a single marker.
-    ``axis_rad`` is the direction from the first marker to the last where ``angle_rad`` is zero,
-    counter-clockwise from the world's x, from all frames together (0 for a single marker).
+    distance of the markers from their rigid places, nan where one of them is bridged and not seen:
+    its standard error is then more than ``BRIDGED`` usual ones. ``turns`` is False for a single
+    marker. ``axis_rad`` is the direction from the first marker to the last where ``angle_rad`` is
+    zero, counter-clockwise from the world's x, from all frames together (0 for a single marker).
     """
 
     body: str
@@ -75,8 +78,8 @@ class Poses:
 
     @property
     def residual_rms_mm(self) -> float:
-        """RMS distance of the markers from their rigid places over the clip, mm."""
-        return float(np.sqrt(np.mean(self.residual_mm**2)))
+        """RMS distance of the markers from their rigid places where they are seen, mm."""
+        return float(np.sqrt(np.nanmean(self.residual_mm**2)))
 
     @property
     def rigid(self) -> bool:
@@ -210,7 +213,11 @@ def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm:
         position_mm=np.column_stack([rigid[:, 0].real, rigid[:, 0].imag]),
         angle_rad=angle - angle[0],
         covariance=covariance,
-        residual_mm=np.sqrt(np.mean(np.abs(measured - rigid) ** 2, axis=1)),
+        residual_mm=np.where(
+            (sigma_mm > BRIDGED * np.median(sigma_mm, axis=0)).any(axis=1),
+            np.nan,
+            np.sqrt(np.mean(np.abs(measured - rigid) ** 2, axis=1)),
+        ),
         expected_residual_mm=float(np.sqrt(np.median(sigma_mm) ** 2 * count / max(len(names), 1))),
         turns=len(names) > 1,
         axis_rad=float(np.angle(shape[-1] - shape[0]) + angle[0]) if len(names) > 1 else 0.0,

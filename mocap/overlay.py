@@ -162,19 +162,23 @@ def _draw_panel(
     size: float,
 ) -> None:
     """Write time, relative motion and what the colours mean onto a dark strip."""
-    height = round(34 * size)
-    canvas[:height] = (0.35 * canvas[:height]).astype(np.uint8)
-    base = 23 * size
-    words = f"t = {tracks.time_s[row]:6.3f} s   frame {tracks.frame[row]}"
+    said = [f"t = {tracks.time_s[row]:6.3f} s   frame {tracks.frame[row]}"]
     if motion_row is not None:
         x, y = motion.relative_mm[motion_row]
         sx, sy, st = motion.sigma[motion_row]
-        words += f"   {markers.moving} from {markers.reference}: "
+        words = f"{markers.moving} from {markers.reference}: "
         words += f"x {x:.2f}+/-{sx:.2f}  y {y:.2f}+/-{sy:.2f} mm"
         if motion.poses[markers.moving].turns:
             angle = np.degrees(motion.relative_rad[motion_row])
             words += f"  turn {angle:.2f}+/-{np.degrees(st):.2f} deg"
-    _text(canvas, words, (12 * size, base), 0.62 * size, WHITE)
+        said.append(words)
+    in_one = "   ".join(said)
+    room = canvas.shape[1] - 24 * size
+    lines = [in_one] if _text_width(in_one, 0.62 * size) <= room else said
+    height = round((34 + 24 * (len(lines) - 1)) * size)
+    canvas[:height] = (0.35 * canvas[:height]).astype(np.uint8)
+    for number, line in enumerate(lines):
+        _text(canvas, line, (12 * size, (23 + 24 * number) * size), 0.62 * size, WHITE)
     x = 12 * size
     bottom = canvas.shape[0] - 12 * size
     for status in dict.fromkeys(["seen", "predicted", *map(str, tracks.status[row])]):

@@ -64,6 +64,18 @@ def test_a_body_that_is_not_rigid_is_flagged() -> None:
     assert poses.residual_rms_mm > 0.5
 
 
+def test_a_bridged_marker_does_not_make_a_body_unrigid() -> None:
+    points = np.tile(SHAPE, (50, 1, 1))
+    points[20:30, 1] += 5.0
+    sigma = np.full((50, 3), 0.02)
+    sigma[20:30, 1] = 3.0
+    poses = body_poses("head", ("a", "b", "c"), points, sigma)
+    assert poses.rigid
+    assert np.isnan(poses.residual_mm[20:30]).all() and poses.residual_rms_mm < 0.02
+    sigma[:] = 0.02
+    assert not body_poses("head", ("a", "b", "c"), points, sigma).rigid
+
+
 @pytest.mark.parametrize("lens", [(-0.2, 0.05, 0.001, -0.002), (0.1, 0.0, 0.0, 0.0)])
 def test_undistortion_agrees_with_opencv_and_with_the_camera_that_draws(
     lens: tuple[float, float, float, float],
