@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fem2d.body import Body, Response
 from fem2d.contact import ContactResponse, RigidContact
 from fem2d.inertia import Inertia
+from fem2d.load import DeadLoad
 from fem2d.newton import Balance
 from fem2d.state import State
 from fem2d.tie import ElasticTie
@@ -32,6 +33,7 @@ class Energies:
     tie: float
     penalty: float
     kinetic: float
+    load: float
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,8 @@ class System:
         What resists acceleration.
     folds
         Contacts of the tissue with itself: lip on lip, creases, or an elastic neck meshed with it.
+    loads
+        Dead loads on the tissue.
     """
 
     body: Body
@@ -75,6 +79,7 @@ class System:
     ties: tuple[ElasticTie, ...]
     inertia: Inertia
     folds: tuple[TissueContact, ...] = ()
+    loads: tuple[DeadLoad, ...] = ()
     tie_stiffness: sp.csr_matrix = field(init=False, repr=False, compare=False)
     mass: sp.csr_matrix = field(init=False, repr=False, compare=False)
     viscosity: sp.csr_matrix = field(init=False, repr=False, compare=False)
@@ -153,8 +158,9 @@ class System:
             np.add.at(contact_force, fold.dofs, fold.force)
         pull, _ = self._pull_of_ties(body_moves_to or placement)
         tie_force = self.tie_stiffness @ displacement.ravel() - pull
-        residual = response.force + tie_force - contact_force
-        scale = max(float(np.max(np.abs(contact_force))), float(np.max(np.abs(tie_force))))
+        load_force = self.load_force(before.time_s + duration_s)
+        residual = response.force + tie_force - contact_force - load_force
+        scale = max(float(np.max(np.abs(f))) for f in (contact_force, tie_force, load_force))
         residual += self.viscosity @ (displacement - before.displacement).ravel() / duration_s
         inertial_pull = 0.0
         if self.inertia.density_tonne_per_mm3 > 0:
@@ -169,6 +175,13 @@ class System:
             return self._tangent(of_body.stiffness + resisting, touching, folded, safe=safe)
 
         return SystemBalance(residual, scale, matrix, response, touching, folded)
+
+    def load_force(self, time_s: float) -> Array:
+        """Return the nodal forces (2n,) of the dead loads at a time, s, N."""
+        force = np.zeros(2 * len(self.body.nodes))
+        for load in self.loads:
+            np.add.at(force, load.dofs, load.force(time_s))
+        return force
 
     def static_tangent(
         self,
@@ -228,6 +241,7 @@ class System:
             tie=0.5 * float(u @ (self.tie_stiffness @ u)) - float(u @ pull) + of_anchors,
             penalty=sum(t.energy for t in balance.touching) + sum(t.energy for t in balance.folded),
             kinetic=0.5 * float(v @ (self.mass @ v)),
+            load=sum(load.energy(state.displacement, state.time_s) for load in self.loads),
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from fem2d.deck import abaqus_deck
-from scenarios.drinking import Lips, contact_period, observed
+from scenarios.drinking import prepared
 from scenarios.output import file_at_once
 from scenarios.solution import Solution
 from scenarios.spec import read_scenario
@@ -25,11 +25,13 @@ def export_abaqus(run: Path, out: Path) -> None:
     """
     Solution.load(run)
     scenario = read_scenario(str(run / "scenario.toml"))
-    neck, head = scenario.package.section(), scenario.head_section()
-    seen = observed(scenario, neck, head)
-    system = Lips(scenario, head, neck, seen.head_angle_rad).system
-    start_s, end_s = contact_period(system, seen.neck)
-    title = f"drinksim: {scenario.name}, {scenario.solver.resolution}"
-    deck = abaqus_deck(system, seen.neck, start_s=start_s, end_s=end_s, title=title)
+    ready = prepared(scenario)
+    deck = abaqus_deck(
+        ready.lips.system,
+        ready.motion,
+        start_s=ready.start_s,
+        end_s=ready.end_s,
+        title=f"drinksim: {scenario.name}, {scenario.solver.resolution}",
+    )
     with file_at_once(out) as partial:
         partial.write_text(deck, encoding="ascii")

@@ -5,63 +5,36 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fem2d.body import Body
 from fem2d.contact import ContactHistory, ContactResponse, RigidContact
-from fem2d.friction import FrictionLaw, NormalLaw
-from fem2d.inertia import Inertia
 from fem2d.instability import Instability, Passage, passages_with
-from fem2d.kinematics import Plane
 from fem2d.linear import fastest_solver
 from fem2d.march import Commit, MarchStatus, StepSettings, march
-from fem2d.materials.library import configuration
-from fem2d.materials.material import Material, stiffened
 from fem2d.newton import NewtonSettings
 from fem2d.state import State
-from fem2d.surface import Surface
 from fem2d.system import System
-from fem2d.tie import ElasticTie
-from fem2d.tissue_contact import TissueContact, TissueHistory
-from geometry2d.head import HeadSection
-from geometry2d.mesh import LEVELS, section_mesh
-from geometry2d.neck import NeckSection
-from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
+from fem2d.tissue_contact import TissueHistory
+from geometry2d.rigid import RigidMotion, RigidPlacement
+from scenarios.lip_model import Lips
 from scenarios.measures import ContactLine
+from scenarios.muscle import FoundPull, found_pull
+from scenarios.placement import Placed, observed, place
 from scenarios.solution import LIPS, ContactField, Increment, Model
-from scenarios.spec import Scenario, ScenarioError, Skin
+from scenarios.spec import Scenario, ScenarioError
 
 Array = NDArray[np.float64]
-
-BONE_STIFFNESS_MPA_PER_MM = 1.0
-"""Elastic layer that ties tissue to bone: some 20 times stiffer than 10 mm of bulk tissue."""
 
 NEAR_MM = 2.0
 """The replay starts when the neck comes this close to a lip, and ends when it has left again."""
 
-FOLD_REACH_MM = 0.5
-"""How far from a skin another part of skin is looked for: far more than any penetration."""
-
-FOLD_NEIGHBOURHOOD_MM = 2.0
-"""Skin nearer than this along the surface cannot touch itself: dermis does not bend so sharply."""
-
 AFTER_RELEASE_S = 0.2
 """How long the lips are followed after the neck has gone."""
-
-TISSUE = Inertia(density_tonne_per_mm3=1e-9, spectral_radius=0.0, relaxation_s=0.02)
-"""Soft tissue's own density, and a relaxation time that is short against a sip of seconds: what
-snaps back or starts to slip then takes a moment, not none (docs/solver.md has the convergence)."""
-
-WALLS = ("upper_wall", "lower_wall")
 
 
 @dataclass(frozen=True)
@@ -84,154 +57,57 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Observed:
-    """What the recording says about where head and neck are.
+class Prepared:
+    """All that a replay starts from: what "auto" stood for is known.
 
     Attributes
     ----------
-    neck
-        Motion of the neck frame in the head frame of the recording.
-    head_angle_rad
-        Turn of the head section from its own frame into the head frame of the recording.
+    lips
+        The mechanical model.
+    motion
+        Of the neck in the head frame.
+    start_s, end_s
+        The part of it that is replayed.
+    placed, drawn
+        How neck and lower face were placed, and what pulls on a lip.
     """
 
-    neck: RigidMotion
-    head_angle_rad: float
+    lips: Lips
+    motion: RigidMotion
+    start_s: float
+    end_s: float
+    placed: Placed
+    drawn: FoundPull | None
+
+    def about(self) -> dict[str, Any]:
+        """Return the numbers for the summary."""
+        about = {"placement": self.placed.about()}
+        return about if self.drawn is None else about | {"muscle": self.drawn.about()}
 
 
-@dataclass(frozen=True)
-class Lips:
-    """The mechanical model of a scenario, and what its parts are called."""
-
-    scenario: Scenario
-    head: HeadSection
-    neck: NeckSection
-    head_angle_rad: float
-
-    @cached_property
-    def body(self) -> Body:
-        """Both lips, meshed, in the head frame."""
-        solver = self.scenario.solver
-        mesh = section_mesh((self.head.upper, self.head.lower), LEVELS[solver.resolution])
-        turned = type(mesh)(
-            np.ascontiguousarray(rotated(mesh.p.T, self.head_angle_rad).T),
-            mesh.t,
-            _boundaries=mesh.boundaries,
-            _subdomains=mesh.subdomains,
-        )
-        return Body.of(
-            turned,
-            _materials(self.scenario.skin),
-            plane=Plane.STRESS if solver.plane == "stress" else Plane.STRAIN,
-            thickness_mm=solver.thickness_mm,
-        )
-
-    def surface(self, name: str) -> Surface:
-        """Return a named stretch of boundary with its integration points."""
-        body = self.body
-        return Surface(body.edges(name), body.nodes, self.scenario.solver.thickness_mm)
-
-    @cached_property
-    def system(self) -> System:
-        """Lips, ties, and what they touch."""
-        contact = self.scenario.contact
-        normal = NormalLaw()
-        neck, teeth = FrictionLaw(contact.friction), FrictionLaw(contact.teeth_friction)
-        pairs = [
-            RigidContact(f"{lip} lip on {wall}", skin, getattr(self.neck, wall), normal, neck)
-            for lip, skin in ((lip, self.surface(f"{lip}_skin")) for lip in LIPS)
-            for wall in WALLS
-        ]
-        for lip in LIPS:
-            tooth = getattr(self.head, f"{lip}_tooth").moved(self.head_angle_rad, (0.0, 0.0))
-            pairs += [
-                RigidContact(
-                    f"{lip} {part} on {lip}_tooth",
-                    self.surface(f"{lip}_{part}"),
-                    tooth,
-                    normal,
-                    teeth,
-                    moving=False,
-                )
-                for part in ("inner", "skin")
-            ]
-        ties = tuple(
-            ElasticTie(
-                f"{lip}_{part}",
-                self.surface(f"{lip}_{part}"),
-                BONE_STIFFNESS_MPA_PER_MM,
-                self.scenario.head.tie_fade_mm if part == "bone" else 0.0,
-            )
-            for lip in LIPS
-            for part in ("bone", "cut")
-        )
-        lips = TissueContact(
-            "lip on lip",
-            tuple(self.surface(f"{lip}_skin") for lip in LIPS),
-            normal,
-            FrictionLaw(contact.lip_friction),
-            reach_mm=FOLD_REACH_MM,
-            itself=True,
-            neighbourhood_mm=FOLD_NEIGHBOURHOOD_MM,
-        )
-        return System(self.body, tuple(pairs), ties, TISSUE, (lips,))
-
-    @cached_property
-    def model(self) -> Model:
-        """Return the section as the solution keeps it."""
-        body = self.body
-        names = tuple(f"{lip}_{part}" for lip in LIPS for part in ("dermis", "bulk"))
-        region = np.zeros(len(body.tables.connectivity), np.int64)
-        for number, name in enumerate(names):
-            region[body.elements_of(name)] = number
-        turned = {
-            name: rotated(line, self.head_angle_rad)
-            for name, line in {
-                "upper_tooth": self.head.upper_tooth.sampled(0.2),
-                "lower_tooth": self.head.lower_tooth.sampled(0.2),
-                "upper_jaw": self.head.upper_jaw,
-                "lower_jaw": self.head.lower_jaw,
-                "profile": self.head.profile,
-            }.items()
-        }
-        walls = {wall: getattr(self.neck, wall).sampled(0.1) for wall in WALLS}
-        walls["package"] = self.neck.silhouette
-        return Model(
-            nodes=body.nodes,
-            triangles=body.tables.connectivity,
-            region=region,
-            region_names=names,
-            skin={lip: body.edges(f"{lip}_skin") for lip in LIPS},
-            outlines=turned | walls,
-        )
-
-
-def observed(scenario: Scenario, neck: NeckSection, head: HeadSection) -> Observed:
-    """Return the neck's motion in the head frame from the files of `drinksim convert`.
+def prepared(
+    scenario: Scenario, *, progress: Callable[[str], None] = lambda what: None
+) -> Prepared:
+    """Return the model and the motion of a scenario whose motion is known.
 
     Raises
     ------
     ScenarioError
-        If the motion file or the summary beside it is missing or incomplete.
+        If the motion is missing, or never brings the neck near the lips, or if what is "auto"
+        cannot be found.
     """
-    if scenario.motion is None:
-        raise ScenarioError(
-            f"scenario {scenario.name!r} has no motion yet: convert its recording first"
-        )
-    file = Path(scenario.motion.file)
-    axes = _recorded_axes(file.with_name("summary.json"))
-    columns = _columns(file, ("time_s", "rel_x_mm", "rel_y_mm", "rel_theta_deg"))
-    marks = np.asarray(neck.upper_mark) - np.asarray(neck.lower_mark)
-    nose = head.landmarks["nose"] - head.landmarks["ear"]
-    place = scenario.placement
-    shift = [0.0 if isinstance(s, str) else s for s in (place.shift_x_mm, place.shift_y_mm)]
-    turn = 0.0 if isinstance(place.turn_deg, str) else place.turn_deg
-    angle = np.deg2rad(columns["rel_theta_deg"] + axes["package_axis_deg"] + turn) - _angle(marks)
-    position = np.column_stack([columns["rel_x_mm"], columns["rel_y_mm"]]) + shift
-    motion = RigidMotion.of_reference_point(
-        columns["time_s"], angle, position, np.asarray(neck.lower_mark)
-    )
-    return Observed(motion, float(np.deg2rad(axes["head_axis_deg"]) - _angle(nose)))
+    neck, head = scenario.package.section(), scenario.head_section()
+    progress("placing the neck")
+    placed = place(scenario, neck, head, observed(scenario, neck, head))
+    lips = Lips(scenario, placed.head, neck, placed.head_angle_rad)
+    drawn = found_pull(lips, placed.motion, progress=progress)
+    if drawn is not None:
+        lips = replace(lips, pull=drawn.pull)
+    start_s, end_s = _contact_period(lips.system, placed.motion)
+    if scenario.muscle is not None:
+        start_s = min(start_s, scenario.muscle.instants_s[0])
+        end_s = max(end_s, scenario.muscle.instants_s[-1])
+    return Prepared(lips, placed.motion, start_s, end_s, placed, drawn)
 
 
 def replay(
@@ -264,15 +140,13 @@ def replay(
     ScenarioError
         If the motion is missing, or never brings the neck near the lips.
     """
-    neck, head = scenario.package.section(), scenario.head_section()
-    seen = observed(scenario, neck, head)
-    lips = Lips(scenario, head, neck, seen.head_angle_rad)
+    ready = prepared(scenario, progress=lambda what: progress(0.0, what))
+    lips, motion, start_s, end_s = ready.lips, ready.motion, ready.start_s, ready.end_s
     progress(0.0, "meshing the lips")
     system = lips.system
-    start_s, end_s = contact_period(system, seen.neck)
     steps = replace(steps or StepSettings(), watch_stability=True)
     if resume_from is None:
-        state = system.state_at_rest(start_s, seen.neck.at(start_s), next_step_s=steps.longest_s)
+        state = system.state_at_rest(start_s, motion.at(start_s), next_step_s=steps.longest_s)
         on_model(lips.model)
     else:
         state = _restored(resume_from, len(system.contacts), len(system.folds))
@@ -285,7 +159,7 @@ def replay(
 
     result = march(
         system,
-        seen.neck,
+        motion,
         state,
         solver=fastest_solver(),
         end_s=end_s,
@@ -301,8 +175,11 @@ def replay(
         sentence += f" since it was resumed at {resume_from.time_s:.3f} s"
     if not finished:
         sentence += f", stopped at {result.state.time_s:.3f} s of {end_s:.3f} s"
+    sentence += f"; {ready.placed.sentence()}"
+    if ready.drawn is not None:
+        sentence += f"; {ready.drawn.sentence()}"
     sentence += diary.unstable_in_words()
-    return Outcome(finished, sentence, diary.about())
+    return Outcome(finished, sentence, diary.about() | ready.about())
 
 
 class _Diary:
@@ -507,7 +384,7 @@ def _passage(row: list[float]) -> Passage:
     return Passage(start, end, Instability(int(modes), (x, y), int(node), participation))
 
 
-def contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
+def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
     """Return when the neck comes near the undeformed lips, and when it has left them for good."""
     times = np.linspace(motion.time_s[0], motion.time_s[-1], 4 * motion.time_s.size)
     nothing = np.zeros_like(system.body.nodes)
@@ -534,49 +411,6 @@ def contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
         float(times[max(first - 1, 0)]),
         float(min(times[min(last + 1, len(times) - 1)] + AFTER_RELEASE_S, times[-1])),
     )
-
-
-def _materials(skin: Skin) -> dict[str, Material]:
-    name = skin.configuration
-    layers = list(configuration(name).values())
-    if len(layers) > 2:
-        raise ScenarioError(
-            f"skin.configuration = {name!r} has {len(layers)} layers, the lips have two: "
-            "choose L1, L2-GOH or L2-Ogden"
-        )
-    parts = {"dermis": stiffened(layers[0], skin.dermis_stiffness), "bulk": layers[-1]}
-    return {f"{lip}_{part}": material for lip in LIPS for part, material in parts.items()}
-
-
-def _recorded_axes(summary: Path) -> dict[str, float]:
-    wanted = ("package_axis_deg", "head_axis_deg")
-    try:
-        document = json.loads(summary.read_text(encoding="utf-8"))
-        return {name: float(document["first_frame"][name]) for name in wanted}
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ScenarioError(
-            f"{summary} does not say how head and neck were turned in the first frame "
-            f"({type(error).__name__}): make motion.csv with drinksim convert and keep its "
-            "summary.json beside it"
-        ) from error
-
-
-def _columns(file: Path, names: tuple[str, ...]) -> dict[str, Array]:
-    with file.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    try:
-        columns = {name: np.array([float(row[name]) for row in rows]) for name in names}
-    except (KeyError, ValueError, TypeError) as error:
-        raise ScenarioError(
-            f"{file} is not a motion file ({error}): it needs the columns {', '.join(names)}"
-        ) from error
-    if len(rows) < 2:
-        raise ScenarioError(f"{file} holds {len(rows)} instants: a motion needs at least two")
-    return columns
-
-
-def _angle(vector: Array) -> float:
-    return float(np.arctan2(vector[1], vector[0]))
 
 
 def _kept(state: State) -> dict[str, Array]:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry2d.head import HeadSection, head_section
+from geometry2d.head import HeadMeasurements, HeadSection, head_section
 from geometry2d.neck import NECKS, NeckSection, neck_section
 from geometry2d.rigid import RigidMotion, rotated
 from mocap.synthetic import (
@@ -89,10 +89,13 @@ class HeadScript:
         Movements of the pivot (world axes, mm) and rotations (degrees).
     slide
         How the skin over the jaw, which carries the jaw markers, slides along the skull.
+    jaw_opening_deg
+        How far the mouth is open.
     """
 
     pivot_mm: tuple[float, float]
     start_deg: float
+    jaw_opening_deg: float = HeadMeasurements().jaw_opening_deg
     steps: tuple[Step, ...] = ()
     slide: tuple[Step, ...] = ()
 
@@ -116,6 +119,13 @@ class Script:
     light: Light
     head: HeadScript
     package: Path
+
+    def face(self) -> HeadSection:
+        """Return the head section that is drawn: the library's, its jaw opened as the script says.
+
+        The same person drinks in all recordings.
+        """
+        return head_section(HeadMeasurements(jaw_opening_deg=self.head.jaw_opening_deg))
 
     def neck(self) -> NeckSection:
         """Return the section of the neck that is drawn."""
@@ -186,14 +196,9 @@ def read_script(file: File) -> Script:
     )
 
 
-def face() -> HeadSection:
-    """Return the head section of the library, the same in all recordings."""
-    return head_section()
-
-
 def scene_of(script: Script) -> Scene:
     """Return the scene that a script describes."""
-    head, neck = face(), script.neck()
+    head, neck = script.face(), script.neck()
     head_motion = script.head_motion()
     return Scene(
         (
@@ -273,7 +278,7 @@ def write_motion_truth(file: File, script: Script) -> None:
 
 def write_marker_file(file: File, script: Script, first: Truth) -> None:
     """Write the marker file a user would write for this recording: positions to a few px."""
-    neck, head = script.neck(), face()
+    neck, head = script.neck(), script.face()
     mark_distance = float(np.hypot(*np.subtract(neck.upper_mark, neck.lower_mark)))
     head_distance = float(np.hypot(*np.subtract(head.landmarks["nose"], head.landmarks["ear"])))
     matrix, lens = script.camera.matrix, script.camera.lens
@@ -313,7 +318,7 @@ def _lip_and_rim(script: Script) -> list[tuple[str, Array]]:
     low, high = (wall[wall[:, 0] < front + RIM_MM][:, 1] for wall in walls)
     ends = ((front, float(low.min())), (front, float(high.max())))
     rim = script.neck_motion().at(0.0).apply(ends)
-    points = head.apply([face().landmarks["upper_lip"], *rim])
+    points = head.apply([script.face().landmarks["upper_lip"], *rim])
     names = ("upper_lip", "rim_lower", "rim_upper")
     return list(zip(names, script.camera.project(points), strict=True))
 

@@ -7,11 +7,13 @@ and written is in :mod:`scenarios.settings`.
 
 from __future__ import annotations
 
+import itertools
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
+from typing import Literal
 
 from geometry2d.anthropometry import HeadMeasurements
 from geometry2d.drawn_head import drawn_head
@@ -133,29 +135,175 @@ class Contact:
 
 @dataclass(frozen=True)
 class Placement:
-    """Where the recorded neck is put in the head section, beyond what the recording says."""
+    """Where neck and lower face are put in the head section, beyond what the recording says.
 
-    shift_x_mm: float = setting(
-        default=0.0,
-        unit="mm",
-        minimum=-30.0,
-        maximum=30.0,
-        description="package forward in the head frame",
+    Axes are those of the head in its natural position: x forward, y up. What is "auto" is found
+    from [first_contact] (:mod:`scenarios.placement`).
+    """
+
+    shift_x_mm: float | Literal["auto"] = setting(
+        default=0.0, unit="mm", minimum=-30.0, maximum=30.0, description="package forward"
     )
-    shift_y_mm: float = setting(
-        default=0.0,
-        unit="mm",
-        minimum=-30.0,
-        maximum=30.0,
-        description="package upward in the head frame",
+    shift_y_mm: float | Literal["auto"] = setting(
+        default=0.0, unit="mm", minimum=-30.0, maximum=30.0, description="package upward"
     )
-    turn_deg: float = setting(
+    turn_deg: float | Literal["auto"] = setting(
         default=0.0,
         unit="deg",
         minimum=-45.0,
         maximum=45.0,
         description="package turned counter-clockwise about the lower mark",
     )
+    lower_face_x_mm: float | Literal["auto"] = setting(
+        default=0.0,
+        unit="mm",
+        minimum=-20.0,
+        maximum=20.0,
+        description="lower lip, jaw and tooth forward",
+    )
+    lower_face_y_mm: float | Literal["auto"] = setting(
+        default=0.0,
+        unit="mm",
+        minimum=-20.0,
+        maximum=20.0,
+        description="lower lip, jaw and tooth upward",
+    )
+    at_most_mm: float = setting(
+        default=10.0, unit="mm", minimum=0.1, maximum=20.0, description="bound of every auto shift"
+    )
+    at_most_deg: float = setting(
+        default=10.0, unit="deg", minimum=0.1, maximum=20.0, description="bound of an auto turn"
+    )
+
+
+@dataclass(frozen=True)
+class FirstContact:
+    """When and where the neck was seen to touch each lip first.
+
+    Places are arc lengths along the lip's skin from its margin: positive towards the face,
+    negative into the mouth.
+    """
+
+    lower_time_s: float | None = setting(
+        default=None, unit="s", minimum=0.0, description="first contact with the lower lip"
+    )
+    lower_place_mm: float | None = setting(
+        default=None, unit="mm", description="where on the lower lip"
+    )
+    upper_time_s: float | None = setting(
+        default=None, unit="s", minimum=0.0, description="first contact with the upper lip"
+    )
+    upper_place_mm: float | None = setting(
+        default=None, unit="mm", description="where on the upper lip"
+    )
+    time_sigma_s: float = setting(
+        default=0.04,
+        unit="s",
+        minimum=1e-3,
+        description="standard deviation of the times",
+        source="one picture of a film with 25 a second",
+    )
+    place_sigma_mm: float = setting(
+        default=1.5,
+        unit="mm",
+        minimum=0.01,
+        description="standard deviation of the places",
+        source="estimate: a lip read off by eye",
+    )
+    skin_sigma_mm: float = setting(
+        default=0.3,
+        unit="mm",
+        minimum=0.01,
+        description="standard deviation of where the skin is",
+        source="estimate: how well a section fits a face",
+    )
+
+    def __post_init__(self) -> None:
+        for lip in ("lower", "upper"):
+            if getattr(self, f"{lip}_place_mm") is not None and (
+                getattr(self, f"{lip}_time_s") is None
+            ):
+                raise SettingError(
+                    f"first_contact.{lip}_place_mm has no {lip}_time_s: say when it was touched"
+                )
+
+
+@dataclass(frozen=True)
+class Muscle:
+    """A pseudo-muscle: a load that draws one lip out of the neck's way, until it is relaxed.
+
+    It acts on a stretch of the lip's skin, given by its arc length from the lip's margin: positive
+    towards the face, negative into the mouth.
+    """
+
+    tense_from_s: tuple[float, ...] = setting(
+        unit="s", minimum=0.0, description="when it begins to pull, each time, in the recording"
+    )
+    tense_to_s: tuple[float, ...] = setting(
+        unit="s", minimum=0.0, description="when it pulls in full"
+    )
+    relax_from_s: tuple[float, ...] = setting(
+        unit="s", minimum=0.0, description="when it begins to let go"
+    )
+    relax_to_s: tuple[float, ...] = setting(unit="s", minimum=0.0, description="when it has let go")
+    lip: str = setting(
+        default="upper", choices=("upper", "lower"), description="the lip that is drawn"
+    )
+    from_mm: float = setting(
+        default=-4.0, unit="mm", description="where the loaded stretch begins, from the margin"
+    )
+    to_mm: float = setting(default=8.0, unit="mm", description="where it ends")
+    fade_mm: float = setting(
+        default=2.0, unit="mm", minimum=0.1, description="over which the load fades at its ends"
+    )
+    traction_kpa: float | Literal["auto"] = setting(
+        default="auto",
+        unit="kPa",
+        minimum=0.0,
+        maximum=50.0,
+        description="force per undeformed area; auto: the smallest that clears the neck",
+    )
+    direction_deg: float | Literal["auto"] = setting(
+        default="auto",
+        unit="deg",
+        minimum=-180.0,
+        maximum=180.0,
+        description="of the pull, from forward (0) to upward (90); auto: where least is needed",
+    )
+    clearance_mm: float = setting(
+        default=0.5,
+        unit="mm",
+        minimum=0.0,
+        maximum=5.0,
+        description="between the drawn lip and the neck, for auto",
+    )
+
+    def __post_init__(self) -> None:
+        names = ("tense_from_s", "tense_to_s", "relax_from_s", "relax_to_s")
+        counts = [len(getattr(self, name)) for name in names]
+        if len(set(counts)) > 1 or 0 in counts:
+            raise SettingError(
+                f"muscle.{', '.join(names)} hold {counts} times: give one in each for every pull"
+            )
+        if any(b <= a for a, b in itertools.pairwise(self.instants_s)):
+            raise SettingError(
+                f"muscle.{', '.join(names)} give the instants "
+                f"{', '.join(f'{time:g}' for time in self.instants_s)} s: each must be later than "
+                "the one before"
+            )
+        if self.to_mm - self.from_mm < 2 * self.fade_mm:
+            raise SettingError(
+                f"muscle.fade_mm = {self.fade_mm:g} does not fit twice between from_mm = "
+                f"{self.from_mm:g} and to_mm = {self.to_mm:g}"
+            )
+
+    @property
+    def instants_s(self) -> tuple[float, ...]:
+        """Instants in order, s: begins to pull, pulls in full, begins to let go, has let go, ..."""
+        pulls = zip(
+            self.tense_from_s, self.tense_to_s, self.relax_from_s, self.relax_to_s, strict=True
+        )
+        return tuple(itertools.chain.from_iterable(pulls))
 
 
 @dataclass(frozen=True)
@@ -201,6 +349,8 @@ class Scenario:
     skin: Skin
     contact: Contact
     placement: Placement
+    first_contact: FirstContact
+    muscle: Muscle | None
     solver: Solver
     head_outline: str | None = None
 
@@ -269,6 +419,8 @@ def scenario_from(document: Mapping[str, Value], *, folder: Path) -> Scenario:
         skin=table_from(Skin, tables["skin"], where="skin"),
         contact=table_from(Contact, tables["contact"], where="contact"),
         placement=table_from(Placement, tables["placement"], where="placement"),
+        first_contact=table_from(FirstContact, tables["first_contact"], where="first_contact"),
+        muscle=table_from(Muscle, tables["muscle"], where="muscle") if tables["muscle"] else None,
         solver=table_from(Solver, tables["solver"], where="solver"),
     )
     if scenario.recording is None and scenario.motion is None:
@@ -315,6 +467,8 @@ _TABLES = (
     "skin",
     "contact",
     "placement",
+    "first_contact",
+    "muscle",
     "solver",
 )
 

@@ -33,8 +33,9 @@ def test_the_library_can_be_read() -> None:
 def test_the_resolved_file_reads_back_to_the_same_scenario(tmp_path: Path) -> None:
     scenario = read_scenario("A38-F", ["contact.friction=0.3", "package.crests=3"])
     file = tmp_path / "resolved.toml"
-    file.write_text(resolved_toml(scenario))
-    assert read_scenario(str(file)) == scenario
+    for chosen in (scenario, *map(read_scenario, library_names())):
+        file.write_text(resolved_toml(chosen))
+        assert read_scenario(str(file)) == chosen
 
 
 def test_the_resolved_file_has_every_setting_of_every_table() -> None:
@@ -144,3 +145,18 @@ def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
     broken.write_text("name = \n")
     with pytest.raises(ScenarioError, match="not valid TOML"):
         read_scenario(str(broken))
+
+
+def test_the_instants_of_a_muscle_must_come_in_order_and_in_fours() -> None:
+    with pytest.raises(SettingError, match=r"muscle\.tense_from_s.*later than the one before"):
+        read_scenario("DC-AE", ["muscle.relax_to_s=[7.3, 9.5]"])
+    with pytest.raises(SettingError, match=r"hold \[1, 2, 2, 2\] times: give one in each"):
+        read_scenario("DC-AE", ["muscle.tense_from_s=[0.3]"])
+    with pytest.raises(SettingError, match=r"fade_mm = 9 does not fit twice"):
+        read_scenario("DC-AE", ["muscle.fade_mm=9"])
+    assert read_scenario("A38-F").muscle is None
+
+
+def test_a_place_of_first_contact_needs_its_time() -> None:
+    with pytest.raises(SettingError, match="upper_place_mm has no upper_time_s"):
+        read_scenario("A38-F", ["first_contact.upper_place_mm=3"])

@@ -1,0 +1,232 @@
+"""The pseudo-muscle that draws a lip out of the neck's way: how hard it pulls, and where to.
+
+The thesis guessed size and direction of the force by trial and error. Here the same trial is made
+in order: for a direction, the pull on the lip alone, with the neck away, is raised until the drawn
+lip is clear of the neck wherever that is while the muscle holds; of all directions the one that
+needs the smallest pull is taken. What relaxes afterwards lies down on the neck by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from fem2d.linear import fastest_solver
+from fem2d.load import Amplitude
+from fem2d.march import Commit, StepSettings, march
+from fem2d.surface import Surface
+from fem2d.system import System
+from geometry2d.neck import NeckSection
+from geometry2d.outline import Outline
+from geometry2d.rigid import RigidMotion, RigidPlacement
+from scenarios.lip_model import Lips, Pull
+from scenarios.spec import Muscle, ScenarioError
+
+Array = NDArray[np.float64]
+
+MOST_KPA = 6.0
+"""A pull that is tried at most: three times what an ordinary sip needs."""
+
+DIRECTIONS_DEG = (0.0, 30.0, 60.0, 90.0, 120.0)
+"""Directions tried first, from forward to upward and back; then between the best one's neighbours.
+"""
+
+DIRECTION_TOLERANCE_DEG = 4.0
+"""The pull that is needed is flat about its smallest: 4° change it by less than 1 %."""
+
+INSTANTS_PER_PULL = 40
+"""Instants at which the neck's way past the held lip is looked at."""
+
+REACH_MM = 15.0
+"""Skin that stays farther than this from the neck while undrawn is not drawn into its way."""
+
+RISE = Amplitude((0.0, 10.0), (0.0, 1.0))
+"""How the trial pull rises: slowly against the tissue's relaxation, so that the lip rests."""
+
+STEPS = StepSettings(longest_s=0.25)
+NO_NECK = RigidMotion(np.array([0.0, 10.0]), np.zeros(2), np.zeros((2, 2)))
+
+
+@dataclass(frozen=True)
+class FoundPull:
+    """A pull, and how it was found.
+
+    Attributes
+    ----------
+    pull
+        The pull.
+    clearance_mm
+        How near the held lip comes to the neck, the lip alone considered, mm.
+    equilibria
+        Equilibria of the lip that the search solved.
+    """
+
+    pull: Pull
+    clearance_mm: float
+    equilibria: int
+
+    def about(self) -> dict[str, Any]:
+        """Return the numbers for the summary."""
+        return {
+            "lip": self.pull.muscle.lip,
+            "traction_kpa": self.pull.traction_kpa,
+            "direction_deg": self.pull.direction_deg,
+            "clearance_mm": self.clearance_mm,
+            "equilibria_solved": self.equilibria,
+        }
+
+
+def found_pull(
+    lips: Lips,
+    motion: RigidMotion,
+    *,
+    progress: Callable[[str], None] = lambda what: None,
+) -> FoundPull | None:
+    """Return the pull of a scenario's muscle, found where it says "auto"; None without a muscle.
+
+    Parameters
+    ----------
+    lips
+        The model that the pull is for. Trials are made on the lip alone and on the coarse mesh, so
+        that the pull does not depend on the resolution of the replay.
+    motion
+        Of the neck in the head frame.
+
+    Raises
+    ------
+    ScenarioError
+        If no pull that is tried keeps the lip clear of the neck.
+    """
+    muscle = lips.scenario.muscle
+    if muscle is None:
+        return None
+    trial = _Trial.of(lips, muscle, motion)
+    if muscle.direction_deg != "auto":
+        return trial.enough(muscle, trial.pulled(muscle.direction_deg))
+    tried: list[FoundPull] = []
+
+    def needed_kpa(direction_deg: float) -> float:
+        progress(f"drawing the {muscle.lip} lip towards {direction_deg:.0f}°")
+        tried.append(trial.pulled(float(direction_deg)))
+        return trial.cost(tried[-1])
+
+    needed = [needed_kpa(direction) for direction in DIRECTIONS_DEG]
+    best = int(np.argmin(needed))
+    around = (max(best - 1, 0), min(best + 1, len(needed) - 1))
+    minimize_scalar(
+        needed_kpa,
+        bounds=[DIRECTIONS_DEG[k] for k in around],
+        method="bounded",
+        options={"xatol": DIRECTION_TOLERANCE_DEG},
+    )
+    found = min(tried, key=trial.cost)
+    return replace(trial.enough(muscle, found), equilibria=sum(t.equilibria for t in tried))
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """A lip alone, and where the neck is while the muscle holds the lip."""
+
+    lips: Lips
+    muscle: Muscle
+    places: tuple[RigidPlacement, ...]
+    obstacles: tuple[Outline, ...]
+    system: System
+    skin: Surface
+    reachable: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, lips: Lips, muscle: Muscle, motion: RigidMotion) -> _Trial:
+        scenario = lips.scenario
+        coarse = replace(scenario, solver=replace(scenario.solver, resolution="coarse"))
+        alone = replace(lips, scenario=coarse, present=(muscle.lip,), pull=None)
+        system = alone.system
+        times = np.concatenate(
+            [
+                np.linspace(held_from, held_to, INSTANTS_PER_PULL)
+                for held_from, held_to in zip(muscle.tense_to_s, muscle.relax_from_s, strict=True)
+            ]
+        )
+        places = tuple(motion.at(float(time)) for time in times)
+        obstacles = (lips.neck.upper_wall, lips.neck.lower_wall, _bore(lips.neck))
+        skin = alone.surface(f"{muscle.lip}_skin")
+        undrawn = skin.positions(np.zeros_like(skin.nodes)).reshape(-1, 2)
+        return cls(
+            lips=alone,
+            muscle=muscle,
+            places=places,
+            obstacles=obstacles,
+            system=replace(
+                system, contacts=tuple(pair for pair in system.contacts if not pair.moving)
+            ),
+            skin=skin,
+            reachable=_distance(undrawn, places, obstacles) < REACH_MM,
+        )
+
+    def pulled(self, direction_deg: float) -> FoundPull:
+        """Return the smallest pull in a direction that is enough, or else the largest tried."""
+        given = self.muscle.traction_kpa
+        most_kpa = MOST_KPA if given == "auto" else given
+        enough_mm = self.muscle.clearance_mm if given == "auto" else np.inf
+        pull = Pull(self.muscle, most_kpa, direction_deg)
+        rising = replace(self.lips.load(pull), amplitude=RISE)
+        system = replace(self.system, loads=(rising,))
+        start = system.state_at_rest(0.0, NO_NECK.at(0.0), next_step_s=STEPS.longest_s)
+        reached = [(0.0, self._clearance(start.displacement))]
+
+        def commit(done: Commit) -> None:
+            share = RISE.at(done.state.time_s)
+            reached.append((share, self._clearance(done.state.displacement)))
+            if reached[-1][1] >= enough_mm:
+                raise KeyboardInterrupt
+
+        march(system, NO_NECK, start, solver=fastest_solver(), steps=STEPS, on_commit=commit)
+        (share_before, before), (share, clearance) = reached[-2:]
+        if clearance >= enough_mm:
+            into = max(0.0, (enough_mm - before) / (clearance - before))
+            share, clearance = share_before + into * (share - share_before), enough_mm
+        return FoundPull(replace(pull, traction_kpa=share * most_kpa), clearance, len(reached) - 1)
+
+    def cost(self, found: FoundPull) -> float:
+        """Return the pull that is needed, kPa, larger than any where what was tried falls short."""
+        short_mm = self.muscle.clearance_mm - found.clearance_mm
+        return found.pull.traction_kpa if short_mm <= 0 else MOST_KPA + short_mm
+
+    def enough(self, muscle: Muscle, found: FoundPull) -> FoundPull:
+        """Return the pull if it keeps the lip clear, or if nothing else was asked for."""
+        if muscle.traction_kpa == "auto" and found.clearance_mm < muscle.clearance_mm:
+            raise ScenarioError(
+                f"no pull on the {muscle.lip} lip up to {MOST_KPA:g} kPa keeps it "
+                f"{muscle.clearance_mm:g} mm clear of the neck; the best, towards "
+                f"{found.pull.direction_deg:.0f}°, reaches {found.clearance_mm:.1f} mm: open the "
+                "jaw, shift the package, or tense the muscle before the neck is there"
+            )
+        return found
+
+    def _clearance(self, displacement: Array) -> float:
+        """Return how near the neck comes to the lip at a displacement, mm."""
+        points = self.skin.positions(displacement).reshape(-1, 2)[self.reachable]
+        return float(_distance(points, self.places, self.obstacles).min())
+
+
+def _distance(
+    points: Array, places: tuple[RigidPlacement, ...], obstacles: tuple[Outline, ...]
+) -> Array:
+    """Return the smallest distance (p,) of points (p, 2) from outlines put at any place, mm."""
+    local = np.stack([place.pull_back(points) for place in places]).reshape(-1, 2)
+    distance = np.min([outline.project(local).distance for outline in obstacles], axis=0)
+    nearest: Array = distance.reshape(len(places), len(points)).min(axis=0)
+    return nearest
+
+
+def _bore(neck: NeckSection) -> Outline:
+    """Return what lies between the walls: a lip that hangs into the opening is not clear of it."""
+    left, low, right, lower_top = neck.lower_wall.box
+    upper_bottom, high = neck.upper_wall.box[1], neck.upper_wall.box[3]
+    bottom, top = 0.5 * (low + lower_top), 0.5 * (upper_bottom + high)
+    return Outline.from_corners([(left, bottom), (right, bottom), (right, top), (left, top)], 0.1)

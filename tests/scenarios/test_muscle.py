@@ -1,0 +1,101 @@
+"""The pull that is found clears the neck, nothing smaller does, and the lip alone decides."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from fem2d.linear import fastest_solver
+from fem2d.load import Amplitude
+from fem2d.march import march
+from geometry2d.rigid import RigidMotion
+from scenarios.lip_model import Lips, Pull
+from scenarios.muscle import FoundPull, found_pull
+from scenarios.rendering import script_of
+from scenarios.spec import ScenarioError, read_scenario
+
+pytestmark = pytest.mark.slow
+
+
+def lips(*overrides: str) -> Lips:
+    scenario = read_scenario("DC-AE", ["solver.resolution=coarse", *overrides])
+    return Lips(scenario, script_of("DC-AE").face(), scenario.package.section(), 0.0)
+
+
+def motion() -> RigidMotion:
+    return script_of("DC-AE").neck_motion()
+
+
+@cache
+def found() -> FoundPull:
+    result = found_pull(lips(), motion())
+    assert result is not None
+    return result
+
+
+def clearance_of(pull: Pull) -> float:
+    """Clearance of the drawn lip from the neck, solved in one go and sampled densely."""
+    alone = replace(lips(), present=("upper",))
+    rising = replace(alone.load(pull), amplitude=Amplitude((0.0, 1.0), (0.0, 1.0)))
+    system = alone.system
+    system = replace(
+        system, contacts=tuple(c for c in system.contacts if not c.moving), loads=(rising,)
+    )
+    away = RigidMotion(np.array([0.0, 2.0]), np.zeros(2), np.zeros((2, 2)))
+    start = system.state_at_rest(0.0, away.at(0.0), next_step_s=0.04)
+    state = march(system, away, start, solver=fastest_solver()).state
+    skin = alone.surface("upper_skin").positions(state.displacement).reshape(-1, 2)
+    muscle, nearest = pull.muscle, np.inf
+    for held_from, held_to in zip(muscle.tense_to_s, muscle.relax_from_s, strict=True):
+        for time in np.linspace(held_from, held_to, 150):
+            local = motion().at(float(time)).pull_back(skin)
+            for wall in (alone.neck.upper_wall, alone.neck.lower_wall):
+                nearest = min(nearest, float(wall.project(local).distance.min()))
+    return nearest
+
+
+def test_the_pull_that_is_found_clears_the_neck_as_asked():
+    pull = found().pull
+    assert 0.5 < pull.traction_kpa < 4.0
+    assert clearance_of(pull) == pytest.approx(0.5, abs=0.05)
+    assert found().clearance_mm == 0.5
+
+
+def test_nothing_smaller_and_no_other_direction_does():
+    pull = found().pull
+    assert clearance_of(replace(pull, traction_kpa=0.9 * pull.traction_kpa)) < 0.45
+    for turn in (-20.0, 20.0):
+        other = found_pull(lips(f"muscle.direction_deg={pull.direction_deg + turn}"), motion())
+        assert other is not None
+        assert other.pull.traction_kpa > pull.traction_kpa
+        assert other.clearance_mm == 0.5
+
+
+def test_the_undrawn_lip_would_be_in_the_way():
+    """So the lip lies on the neck when the muscle relaxes, and the muscle is there for a reason."""
+    assert clearance_of(replace(found().pull, traction_kpa=0.0)) < -2.0
+
+
+def test_the_resolution_of_the_replay_changes_nothing():
+    direction = f"muscle.direction_deg={found().pull.direction_deg}"
+    pulls = [
+        found_pull(lips(direction, f"solver.resolution={level}"), motion())
+        for level in ("coarse", "standard")
+    ]
+    assert pulls[0] == pulls[1]
+
+
+def test_a_given_pull_is_kept_and_its_clearance_told():
+    given = found_pull(lips("muscle.traction_kpa=1.0", "muscle.direction_deg=30.0"), motion())
+    assert given is not None
+    assert (given.pull.traction_kpa, given.pull.direction_deg) == (1.0, 30.0)
+    assert given.clearance_mm == pytest.approx(clearance_of(given.pull), abs=0.05)
+    assert found_pull(replace(lips(), scenario=read_scenario("A38-F")), motion()) is None
+
+
+def test_a_lip_that_cannot_be_drawn_clear_is_said():
+    with pytest.raises(ScenarioError, match=r"no pull on the upper lip up to 6 kPa keeps it 5 mm"):
+        found_pull(lips("muscle.clearance_mm=5", "muscle.direction_deg=-60"), motion())

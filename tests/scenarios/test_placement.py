@@ -1,0 +1,173 @@
+"""First contacts of a moved recording give back how it was moved; one that fits is not moved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from geometry2d.head import head_section
+from geometry2d.rigid import RigidMotion, rotated
+from scenarios.placement import UNKNOWNS, Observed, Placed, Shift, place, with_lower_face_moved
+from scenarios.rendering import script_of
+from scenarios.solution import LIPS
+from scenarios.spec import FirstContact, ScenarioError, read_scenario
+
+RECORDED_TURN_RAD = 0.1
+"""The head frame of a recording is turned against the section's: nothing may depend on it."""
+
+
+NO_SHIFT = Shift()
+
+
+@cache
+def parts(name: str):
+    """Scenario, neck, head and the true motion as a recording would show it."""
+    scenario, script = read_scenario(name), script_of(name)
+    scenario = replace(scenario, placement=read_scenario("A38-F").placement)
+    motion = script.neck_motion()
+    turned = RigidMotion(
+        motion.time_s,
+        motion.angle_rad + RECORDED_TURN_RAD,
+        rotated(motion.shift_mm, RECORDED_TURN_RAD),
+    )
+    return scenario, scenario.package.section(), script.face(), Observed(turned, RECORDED_TURN_RAD)
+
+
+@cache
+def seen_contact(name: str, shift: Shift = NO_SHIFT) -> FirstContact:
+    """When and where the undeformed lips are touched first, looked up densely and independently."""
+    _, neck, head, seen = parts(name)
+    moved_head = with_lower_face_moved(head, shift.lower_face_mm)
+    motion = shift.moved(seen)
+    values = {}
+    for lip in LIPS:
+        skin = getattr(moved_head, lip).curves["skin"]
+        margin = moved_head.landmarks[f"stomion_{lip}"]
+        k = int(np.argmin(np.hypot(*(skin - margin).T)))
+        arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(skin, axis=0).T))])
+        place = (arc - arc[k]) * (1 if lip == "upper" else -1)
+        near = np.abs(place) < 24.0
+        for time in np.arange(0.6, 3.0, 0.004):
+            local = motion.at(float(time)).pull_back(rotated(skin[near], RECORDED_TURN_RAD))
+            gap = np.min(
+                [
+                    getattr(neck, wall).project(local).distance
+                    for wall in ("upper_wall", "lower_wall")
+                ],
+                axis=0,
+            )
+            if gap.min() <= 0:
+                values[f"{lip}_time_s"] = float(time)
+                values[f"{lip}_place_mm"] = float(place[near][np.argmin(gap)])
+                break
+    return FirstContact(**values)
+
+
+def solved(name: str, contact: FirstContact, seen: Observed, **settings: object) -> Placed:
+    scenario, neck, head, _ = parts(name)
+    placement = replace(scenario.placement, **settings)
+    return place(replace(scenario, placement=placement, first_contact=contact), neck, head, seen)
+
+
+@pytest.mark.parametrize("name", ["A38-F", "A38-AE", "DC-F", "DC-AE"])
+def test_a_recording_that_fits_is_not_moved(name):
+    _, _, _, seen = parts(name)
+    placed = solved(name, seen_contact(name), seen, **dict.fromkeys(UNKNOWNS, "auto"))
+    assert placed.shift == Shift()
+    assert max(abs(r) for r in placed.residuals.values()) < 0.3
+    assert placed.motion.shift_mm == pytest.approx(seen.neck.shift_mm)
+    assert "nothing was moved" in placed.sentence()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [Shift(2.0, -3.0), Shift(-1.5, 2.5), Shift(3.0, 1.0, turn_deg=4.0)],
+    ids=["out and down", "in and up", "turned"],
+)
+def test_a_moved_recording_is_moved_back_within_what_was_observed(wrong):
+    _, _, _, seen = parts("A38-F")
+    misplaced = Observed(wrong.moved(seen), seen.head_angle_rad)
+    contact = replace(
+        seen_contact("A38-F"), time_sigma_s=0.01, place_sigma_mm=0.3, skin_sigma_mm=0.05
+    )
+    names = [n for n in UNKNOWNS[:3] if n != "turn_deg" or wrong.turn_deg]
+    placed = solved("A38-F", contact, misplaced, **dict.fromkeys(names, "auto"))
+    for name in names:
+        off = getattr(placed.shift, name) + getattr(wrong, name)
+        assert abs(off) < 3.0 * placed.found[name] < 1.5, name
+        assert abs(off) < 0.5 * abs(getattr(wrong, name)), name
+    chi_squared = sum(r**2 for r in placed.residuals.values())
+    assert 0.5 * 4 < chi_squared <= 4.0
+
+
+def test_the_lower_face_is_found_where_only_it_is_misplaced():
+    _, _, _, seen = parts("A38-F")
+    true = Shift(lower_face_x_mm=1.5, lower_face_y_mm=2.0)
+    contact = replace(
+        seen_contact("A38-F", true), time_sigma_s=0.01, place_sigma_mm=0.3, skin_sigma_mm=0.05
+    )
+    names = ("lower_face_x_mm", "lower_face_y_mm")
+    placed = solved("A38-F", contact, seen, **dict.fromkeys(names, "auto"))
+    for name in names:
+        off = getattr(placed.shift, name) - getattr(true, name)
+        assert abs(off) < 3.0 * placed.found[name] < 1.5
+    low, moved = parts("A38-F")[2].lower.curves["skin"], placed.head.lower.curves["skin"]
+    assert moved - low == pytest.approx(np.tile(placed.shift.lower_face_mm, (len(low), 1)))
+    assert placed.head.upper is parts("A38-F")[2].upper
+
+
+def test_the_smallest_shift_is_taken_and_what_nothing_fixes_is_said():
+    """One time fixes one combination of shifts: the answer lies along it, and is no longer."""
+    _, _, _, seen = parts("A38-F")
+    contact = seen_contact("A38-F")
+    only = FirstContact(lower_time_s=contact.lower_time_s)
+    wrong = Shift(shift_y_mm=3.0)
+    misplaced = Observed(wrong.moved(seen), seen.head_angle_rad)
+    both = solved("A38-F", only, misplaced, shift_x_mm="auto", shift_y_mm="auto")
+    alone = solved("A38-F", only, misplaced, shift_y_mm="auto")
+    size = float(np.hypot(both.shift.shift_x_mm, both.shift.shift_y_mm))
+    assert 0.5 < size < abs(alone.shift.shift_y_mm) <= 3.0
+    assert np.isinf(both.found["shift_x_mm"])
+    assert np.isfinite(alone.found["shift_y_mm"])
+
+
+def test_the_answer_does_not_depend_on_the_frame_of_the_recording():
+    _, _, _, seen = parts("A38-F")
+    wrong = Shift(2.0, -3.0)
+    straight = Observed(
+        RigidMotion(
+            seen.neck.time_s,
+            seen.neck.angle_rad - RECORDED_TURN_RAD,
+            rotated(seen.neck.shift_mm, -RECORDED_TURN_RAD),
+        ),
+        0.0,
+    )
+    shifts = [
+        solved(
+            "A38-F",
+            seen_contact("A38-F"),
+            Observed(wrong.moved(frame), frame.head_angle_rad),
+            shift_x_mm="auto",
+            shift_y_mm="auto",
+        ).shift
+        for frame in (seen, straight)
+    ]
+    assert shifts[0].shift_x_mm == pytest.approx(shifts[1].shift_x_mm, abs=1e-6)
+    assert shifts[0].shift_y_mm == pytest.approx(shifts[1].shift_y_mm, abs=1e-6)
+
+
+def test_what_cannot_be_explained_within_the_bounds_is_said():
+    _, _, _, seen = parts("A38-F")
+    misplaced = Observed(Shift(shift_y_mm=8.0).moved(seen), seen.head_angle_rad)
+    with pytest.raises(ScenarioError, match=r"no shift within 3 mm.*shift_y_mm reached the bound"):
+        solved("A38-F", seen_contact("A38-F"), misplaced, shift_y_mm="auto", at_most_mm=3.0)
+    with pytest.raises(ScenarioError, match="needs something observed"):
+        solved("A38-F", FirstContact(), seen, shift_y_mm="auto")
+
+
+def test_a_lower_face_moved_into_the_upper_lip_is_refused():
+    with pytest.raises(ScenarioError, match=r"\(0.0, 20.0\) mm overlaps the upper lip"):
+        with_lower_face_moved(head_section(), (0.0, 20.0))
