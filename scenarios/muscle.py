@@ -70,6 +70,16 @@ class FoundPull:
     clearance_mm: float
     equilibria: int
 
+    def sentence(self) -> str:
+        """Return the pull and what it does, in words."""
+        pull = self.pull
+        found = "auto" in (pull.muscle.traction_kpa, pull.muscle.direction_deg)
+        return (
+            f"the {pull.muscle.lip} lip drawn by {pull.traction_kpa:.2f} kPa towards "
+            f"{pull.direction_deg:.0f}°, {self.clearance_mm:.1f} mm clear of the neck"
+            f"{' (found)' if found else ''}"
+        )
+
     def about(self) -> dict[str, Any]:
         """Return the numbers for the summary."""
         return {

@@ -149,10 +149,12 @@ class Placed:
     residuals: Mapping[str, float]
 
     def about(self) -> dict[str, Any]:
-        """Return the numbers for the summary."""
+        """Return the numbers for the summary; a sigma that nothing bounds is None."""
         return {
             **{name: getattr(self.shift, name) for name in UNKNOWNS},
-            "found_with_sigma": dict(self.found),
+            "found_with_sigma": {
+                name: sigma if np.isfinite(sigma) else None for name, sigma in self.found.items()
+            },
             "residuals_sigma": dict(self.residuals),
         }
 
@@ -169,7 +171,7 @@ class Placed:
         if self.shift.turn_deg:
             moved.append(f"the package turned by {self.shift.turn_deg:.1f}°")
         if not moved:
-            return "nothing was moved: the recording is replayed as it is"
+            return "nothing was moved"
         how = "found from the first contacts" if self.found else "as the scenario says"
         return f"moved, {how}: {', '.join(moved)}"
 

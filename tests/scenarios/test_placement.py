@@ -84,8 +84,13 @@ def test_a_recording_that_fits_is_not_moved(name):
 
 @pytest.mark.parametrize(
     "wrong",
-    [Shift(2.0, -3.0), Shift(-1.5, 2.5), Shift(3.0, 1.0, turn_deg=4.0)],
-    ids=["out and down", "in and up", "turned"],
+    [
+        Shift(2.0, -3.0),
+        Shift(-1.5, 2.5),
+        pytest.param(Shift(3.0, 1.0, turn_deg=4.0), marks=pytest.mark.slow),
+        pytest.param(Shift(-2.0, 2.0, turn_deg=-3.0), marks=pytest.mark.slow),
+    ],
+    ids=["out and down", "in and up", "turned up", "turned down"],
 )
 def test_a_moved_recording_is_moved_back_within_what_was_observed(wrong):
     _, _, _, seen = parts("A38-F")
@@ -96,11 +101,22 @@ def test_a_moved_recording_is_moved_back_within_what_was_observed(wrong):
     names = [n for n in UNKNOWNS[:3] if n != "turn_deg" or wrong.turn_deg]
     placed = solved("A38-F", contact, misplaced, **dict.fromkeys(names, "auto"))
     for name in names:
+        # The smallest shift stays short by √4 standard deviations, and what touches first jumps.
         off = getattr(placed.shift, name) + getattr(wrong, name)
-        assert abs(off) < 3.0 * placed.found[name] < 1.5, name
-        assert abs(off) < 0.5 * abs(getattr(wrong, name)), name
+        assert abs(off) < 4.0 * placed.found[name] < 2.5, name
+    left, moved = (
+        np.hypot(s.shift_x_mm, s.shift_y_mm)
+        for s in (
+            Shift(
+                placed.shift.shift_x_mm + wrong.shift_x_mm,
+                placed.shift.shift_y_mm + wrong.shift_y_mm,
+            ),
+            wrong,
+        )
+    )
+    assert left < 0.3 * moved
     chi_squared = sum(r**2 for r in placed.residuals.values())
-    assert 0.5 * 4 < chi_squared <= 4.0
+    assert 0.4 * 4 < chi_squared <= 4.0
 
 
 def test_the_lower_face_is_found_where_only_it_is_misplaced():
@@ -113,7 +129,7 @@ def test_the_lower_face_is_found_where_only_it_is_misplaced():
     placed = solved("A38-F", contact, seen, **dict.fromkeys(names, "auto"))
     for name in names:
         off = getattr(placed.shift, name) - getattr(true, name)
-        assert abs(off) < 3.0 * placed.found[name] < 1.5
+        assert abs(off) < 4.0 * placed.found[name] < 2.5
     low, moved = parts("A38-F")[2].lower.curves["skin"], placed.head.lower.curves["skin"]
     assert moved - low == pytest.approx(np.tile(placed.shift.lower_face_mm, (len(low), 1)))
     assert placed.head.upper is parts("A38-F")[2].upper
@@ -134,6 +150,7 @@ def test_the_smallest_shift_is_taken_and_what_nothing_fixes_is_said():
     assert np.isfinite(alone.found["shift_y_mm"])
 
 
+@pytest.mark.slow
 def test_the_answer_does_not_depend_on_the_frame_of_the_recording():
     _, _, _, seen = parts("A38-F")
     wrong = Shift(2.0, -3.0)
@@ -166,6 +183,16 @@ def test_what_cannot_be_explained_within_the_bounds_is_said():
         solved("A38-F", seen_contact("A38-F"), misplaced, shift_y_mm="auto", at_most_mm=3.0)
     with pytest.raises(ScenarioError, match="needs something observed"):
         solved("A38-F", FirstContact(), seen, shift_y_mm="auto")
+
+
+def test_the_library_scenario_that_looks_for_shifts_finds_none():
+    scenario, neck, head, seen = parts("A38-AE")
+    written = read_scenario("A38-AE")
+    scenario = replace(scenario, placement=written.placement, first_contact=written.first_contact)
+    placed = place(scenario, neck, head, seen)
+    assert set(placed.found) == set(UNKNOWNS) - {"turn_deg"}
+    assert placed.shift == NO_SHIFT
+    assert max(abs(r) for r in placed.residuals.values()) < 1.0
 
 
 def test_a_lower_face_moved_into_the_upper_lip_is_refused():
