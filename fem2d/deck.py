@@ -14,6 +14,8 @@ What the decks approximate:
 * relaxation: stiffness-proportional damping;
 * the motion: straight lines between instants `AMPLITUDE_STEP_S` apart.
 
+Dead loads are forces at the nodes with Abaqus' smooth step, which is the amplitude they have here.
+
 Ties to the moving body are refused.
 """
 
@@ -92,6 +94,7 @@ def abaqus_deck(
         *_rigid_bodies(system, outlines, motion, start_s),
         *_contacts(system),
         *_amplitudes(motion, start_s, end_s),
+        *_pull_amplitudes(system, start_s),
         *_dynamic_step(system, outlines, start_s, end_s),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
@@ -367,6 +370,25 @@ def _amplitudes(motion: RigidMotion, start_s: float, end_s: float) -> Iterator[s
             yield ", ".join(pairs[first : first + 4])
 
 
+def _pull_amplitudes(system: System, start_s: float) -> Iterator[str]:
+    """Yield how much of each dead load acts, against step time."""
+    for number, load in enumerate(system.loads, start=1):
+        yield f"*AMPLITUDE, NAME=PULL_{number}, DEFINITION=SMOOTH STEP"
+        amplitude = load.amplitude
+        for time, factor in zip(amplitude.time_s, amplitude.factor, strict=True):
+            yield f"{time - start_s:.9g}, {factor:.12g}"
+
+
+def _pulls(system: System) -> Iterator[str]:
+    """Yield each dead load as forces at the nodes."""
+    for number, load in enumerate(system.loads, start=1):
+        force = np.zeros(2 * len(system.body.nodes))
+        np.add.at(force, load.dofs, load.full_force)
+        yield f"*CLOAD, AMPLITUDE=PULL_{number}"
+        for dof in np.flatnonzero(force):
+            yield f"{dof // 2 + 1}, {dof % 2 + 1}, {force[dof]:.12g}"
+
+
 def _dynamic_step(
     system: System, outlines: Mapping[str, Outline], start_s: float, end_s: float
 ) -> Iterator[str]:
@@ -382,6 +404,7 @@ def _dynamic_step(
     for amplitude, dof in zip(AMPLITUDES, (1, 2, 6), strict=True):
         yield f"*BOUNDARY, AMPLITUDE={amplitude}"
         yield from (f"{references[name]}, {dof}, {dof}, 1." for name in outlines if name in moving)
+    yield from _pulls(system)
     yield "*OUTPUT, FIELD, TIME INTERVAL=0.05"
     yield "*NODE OUTPUT"
     yield "U"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from fem2d.deck import DeckError, abaqus_deck
 from fem2d.friction import FrictionLaw, NormalLaw
 from fem2d.inertia import Inertia
 from fem2d.kinematics import Plane
+from fem2d.load import Amplitude, DeadLoad
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
@@ -304,3 +305,19 @@ def test_what_a_deck_cannot_say_is_refused() -> None:
     model = system()
     with pytest.raises(DeckError, match="called UPPER_WALL: rename"):
         deck_of(System(model.body, (*model.contacts, clash), (), Inertia(0.0)))
+
+
+def test_a_dead_load_is_nodal_forces_with_its_smooth_step(model):
+    top = model.contacts[0].surface
+    amplitude = Amplitude((START + 0.1, START + 0.2), (0.0, 1.0))
+    load = DeadLoad("pull", top, 1.2, 1.8, 0.2, (2e-3, -1e-3), amplitude)
+    deck = deck_of(replace(model, loads=(load,)))
+    (steps,) = named(deck, "AMPLITUDE", NAME="PULL_1", DEFINITION="SMOOTH STEP")
+    assert np.array(steps.rows, float) == pytest.approx(np.array([[0.1, 0.0], [0.2, 1.0]]))
+    (forces,) = named(deck, "CLOAD", AMPLITUDE="PULL_1")
+    total = np.zeros(2)
+    for _, axis, force in np.array(forces.rows, float):
+        total[int(axis) - 1] += force
+    assert total == pytest.approx(load.full_force.reshape(-1, 2).sum(axis=0))
+    assert abs(total).min() > 1e-4
+    assert not named(deck_of(model), "CLOAD")
