@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from fem2d.contact import ContactHistory, ContactResponse, RigidContact
 from fem2d.instability import Instability, Passage, passages_with
@@ -20,7 +20,7 @@ from fem2d.newton import NewtonSettings
 from fem2d.state import State
 from fem2d.system import System
 from fem2d.tissue_contact import TissueHistory
-from geometry2d.rigid import RigidMotion, RigidPlacement
+from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 from scenarios.lip_model import Lips
 from scenarios.measures import ContactLine
 from scenarios.muscle import FoundPull, found_pull
@@ -65,7 +65,7 @@ class Prepared:
     lips
         The mechanical model.
     motion
-        Of the neck in the head frame.
+        Of the neck in the frame of the head section.
     start_s, end_s
         The part of it that is replayed.
     placed, drawn
@@ -99,7 +99,7 @@ def prepared(
     neck, head = scenario.package.section(), scenario.head_section()
     progress("placing the neck")
     placed = place(scenario, neck, head, observed(scenario, neck, head))
-    lips = Lips(scenario, placed.head, neck, placed.head_angle_rad)
+    lips = Lips(scenario, placed.head, neck)
     drawn = found_pull(lips, placed.motion, progress=progress)
     if drawn is not None:
         lips = replace(lips, pull=drawn.pull)
@@ -147,10 +147,10 @@ def replay(
     steps = replace(steps or StepSettings(), watch_stability=True)
     if resume_from is None:
         state = system.state_at_rest(start_s, motion.at(start_s), next_step_s=steps.longest_s)
-        on_model(lips.model)
+        on_model(lips.model(ready.placed.head_angle_rad))
     else:
         state = _restored(resume_from, len(system.contacts), len(system.folds))
-    diary = _Diary(lips, start_s, end_s, resume_from)
+    diary = _Diary(lips, start_s, end_s, ready.placed.head_angle_rad, resume_from)
 
     def commit(done: Commit) -> None:
         increment = diary.increment(done)
@@ -185,15 +185,22 @@ def replay(
 class _Diary:
     """Turns commits into increments and remembers the extremes for the summary.
 
+    What is computed in the frame of the head section is told in the head frame of the recording.
     What it remembers is kept with the state of each increment, so that a resumed replay goes on
     with it.
     """
 
     def __init__(
-        self, lips: Lips, start_s: float, end_s: float, resume_from: Increment | None
+        self,
+        lips: Lips,
+        start_s: float,
+        end_s: float,
+        head_angle_rad: float,
+        resume_from: Increment | None,
     ) -> None:
         self._lips = lips
         self._start_s, self._end_s = start_s, end_s
+        self._head_angle_rad = head_angle_rad
         body = lips.body
         self._dermis = np.concatenate([body.elements_of(f"{lip}_dermis") for lip in LIPS])
         self._extremes = dict.fromkeys(_EXTREMES, 0.0)
@@ -217,7 +224,7 @@ class _Diary:
             "dermis_max_mises_kpa": 1e3 * float(inside.von_mises[self._dermis].max()),
         }
         for lip, line in lines.items():
-            force = self._force_on_neck(lip, commit)
+            force = self._told(self._force_on_neck(lip, commit))
             history |= {
                 f"{lip}_lip_pressure_kpa": 1e3 * line.top_two_edges(),
                 f"{lip}_lip_window_kpa": 1e3 * line.highest_window(),
@@ -226,11 +233,12 @@ class _Diary:
                 f"{lip}_lip_force_y_n": float(force[1]),
             }
         self._remember(commit)
+        x, y = self._told(state.placement.shift_mm).tolist()
         return Increment(
             time_s=state.time_s,
             relative_time=(state.time_s - self._start_s) / (self._end_s - self._start_s),
-            placement=state.placement,
-            displacement=state.displacement,
+            placement=RigidPlacement(state.placement.angle_rad + self._head_angle_rad, (x, y)),
+            displacement=self._told(state.displacement),
             element={
                 "log_strain_min": np.sum(volume * strain.min(axis=-1), axis=1),
                 "log_strain_max": np.sum(volume * strain.max(axis=-1), axis=1),
@@ -247,6 +255,10 @@ class _Diary:
             },
         )
 
+    def _told(self, vectors: ArrayLike) -> Array:
+        """Return vectors (..., 2) in the head frame of the recording."""
+        return rotated(vectors, self._head_angle_rad)
+
     def about(self) -> dict[str, Any]:
         body = self._lips.body
         return {
@@ -260,8 +272,8 @@ class _Diary:
                     "modes": passage.worst.modes,
                     "lip": (place := self._place_on_skin(passage.worst))[0],
                     "skin_arc_mm": place[1],
-                    "x_mm": passage.worst.place_mm[0],
-                    "y_mm": passage.worst.place_mm[1],
+                    "x_mm": float((at := self._told(passage.worst.place_mm))[0]),
+                    "y_mm": float(at[1]),
                 }
                 for passage in self._unstable
             ],
@@ -273,7 +285,7 @@ class _Diary:
             return ""
         longest = max(self._unstable, key=lambda passage: passage.end_s - passage.start_s)
         lip, arc = self._place_on_skin(longest.worst)
-        x, y = longest.worst.place_mm
+        x, y = self._told(longest.worst.place_mm)
         count = len(self._unstable)
         times = "once" if count == 1 else f"{count} times, longest"
         return (
@@ -415,6 +427,8 @@ def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
 
 def _kept(state: State) -> dict[str, Array]:
     kept = {
+        "placement": np.array([state.placement.angle_rad, *state.placement.shift_mm]),
+        "displacement": state.displacement,
         "velocity": state.velocity,
         "acceleration": state.acceleration,
         "next_step_s": np.array(state.next_step_s),
@@ -429,10 +443,11 @@ def _kept(state: State) -> dict[str, Array]:
 
 def _restored(increment: Increment, pairs: int, folds: int) -> State:
     kept = increment.state
+    angle, x, y = kept["placement"].tolist()
     return State(
         increment.time_s,
-        RigidPlacement(increment.placement.angle_rad, increment.placement.shift_mm),
-        increment.displacement,
+        RigidPlacement(angle, (x, y)),
+        kept["displacement"],
         kept["velocity"],
         kept["acceleration"],
         tuple(

@@ -106,7 +106,7 @@ class Pull:
 
 @dataclass(frozen=True)
 class Lips:
-    """The mechanical model of a scenario, and what its parts are called.
+    """The mechanical model of a scenario, in the frame of the head section, and its parts' names.
 
     Attributes
     ----------
@@ -114,8 +114,6 @@ class Lips:
         What it is made from.
     head, neck
         Their sections, each in its own frame.
-    head_angle_rad
-        Turn of the head section from its own frame into the head frame of the recording.
     pull
         What draws a lip out of the neck's way; None if nothing does.
     present
@@ -125,24 +123,17 @@ class Lips:
     scenario: Scenario
     head: HeadSection
     neck: NeckSection
-    head_angle_rad: float
     pull: Pull | None = None
     present: tuple[str, ...] = LIPS
 
     @cached_property
     def body(self) -> Body:
-        """The lips, meshed, in the head frame."""
+        """The lips, meshed."""
         solver = self.scenario.solver
         sections = tuple(getattr(self.head, lip) for lip in self.present)
         mesh = section_mesh(sections, LEVELS[solver.resolution])
-        turned = type(mesh)(
-            np.ascontiguousarray(rotated(mesh.p.T, self.head_angle_rad).T),
-            mesh.t,
-            _boundaries=mesh.boundaries,
-            _subdomains=mesh.subdomains,
-        )
         return Body.of(
-            turned,
+            mesh,
             _materials(self.scenario.skin, self.present),
             plane=Plane.STRESS if solver.plane == "stress" else Plane.STRAIN,
             thickness_mm=solver.thickness_mm,
@@ -165,7 +156,7 @@ class Lips:
             for wall in WALLS
         ]
         for lip in self.present:
-            tooth = getattr(self.head, f"{lip}_tooth").moved(self.head_angle_rad, (0.0, 0.0))
+            tooth = getattr(self.head, f"{lip}_tooth")
             pairs += [
                 RigidContact(
                     f"{lip} {part} on {lip}_tooth",
@@ -204,7 +195,7 @@ class Lips:
         muscle = pull.muscle
         line = SkinLine.of(self.head, muscle.lip)
         ends = sorted(line.arc_mm(place) for place in (muscle.from_mm, muscle.to_mm))
-        direction = np.deg2rad(pull.direction_deg) + self.head_angle_rad
+        direction = np.deg2rad(pull.direction_deg)
         size_mpa = 1e-3 * pull.traction_kpa
         return DeadLoad(
             f"pull on the {muscle.lip} lip",
@@ -219,16 +210,15 @@ class Lips:
             amplitude=pull.amplitude,
         )
 
-    @cached_property
-    def model(self) -> Model:
-        """Return the section as the solution keeps it."""
+    def model(self, head_angle_rad: float) -> Model:
+        """Return the section as the solution keeps it, turned by an angle."""
         body = self.body
         names = tuple(f"{lip}_{part}" for lip in self.present for part in ("dermis", "bulk"))
         region = np.zeros(len(body.tables.connectivity), np.int64)
         for number, name in enumerate(names):
             region[body.elements_of(name)] = number
         turned = {
-            name: rotated(line, self.head_angle_rad)
+            name: rotated(line, head_angle_rad)
             for name, line in {
                 "upper_tooth": self.head.upper_tooth.sampled(0.2),
                 "lower_tooth": self.head.lower_tooth.sampled(0.2),
@@ -240,7 +230,7 @@ class Lips:
         walls = {wall: getattr(self.neck, wall).sampled(0.1) for wall in WALLS}
         walls["package"] = self.neck.silhouette
         return Model(
-            nodes=body.nodes,
+            nodes=rotated(body.nodes, head_angle_rad),
             triangles=body.tables.connectivity,
             region=region,
             region_names=names,

@@ -42,6 +42,10 @@ Array = NDArray[np.float64]
 
 UNKNOWNS = ("shift_x_mm", "shift_y_mm", "turn_deg", "lower_face_x_mm", "lower_face_y_mm")
 
+ANGLE_DIGITS, PLACE_DIGITS = 11, 9
+"""Decimals of rad and mm that are kept of a motion: a millionth of its uncertainty, and far above
+rounding."""
+
 SKIN_SPACING_MM = 0.4
 REACH_MM = 24.0
 """How far from the lip's margin a first contact is looked for, along the skin."""
@@ -75,9 +79,10 @@ class Observed:
     Attributes
     ----------
     neck
-        Motion of the neck frame in the head frame of the recording.
+        Motion of the neck in the head section's own frame.
     head_angle_rad
-        Turn of the head section from its own frame into the head frame of the recording.
+        Turn of the head section from its own frame into the head frame of the recording, whose
+        axes are the picture's: only what is written is turned by it.
     """
 
     neck: RigidMotion
@@ -97,22 +102,20 @@ class Shift:
     lower_face_x_mm: float = 0.0
     lower_face_y_mm: float = 0.0
 
-    def moved(self, seen: Observed) -> RigidMotion:
-        """Return the motion of the shifted and turned neck in the head frame of the recording."""
-        by = rotated([self.shift_x_mm, self.shift_y_mm], seen.head_angle_rad)
+    def moved(self, motion: RigidMotion) -> RigidMotion:
+        """Return the motion of the shifted and turned neck."""
         return RigidMotion(
-            seen.neck.time_s,
-            seen.neck.angle_rad + np.deg2rad(self.turn_deg),
-            seen.neck.shift_mm + by,
+            motion.time_s,
+            motion.angle_rad + np.deg2rad(self.turn_deg),
+            motion.shift_mm + np.array([self.shift_x_mm, self.shift_y_mm]),
         )
 
-    def applied(self, place: RigidPlacement, seen: Observed) -> RigidPlacement:
+    def applied(self, place: RigidPlacement) -> RigidPlacement:
         """Return where the shifted and turned neck is when the recorded one is at ``place``."""
-        by = rotated([self.shift_x_mm, self.shift_y_mm], seen.head_angle_rad)
         # The lower mark is the origin of the neck frame: turned about it, the shift stays.
         return RigidPlacement(
             place.angle_rad + float(np.deg2rad(self.turn_deg)),
-            (place.shift_mm[0] + float(by[0]), place.shift_mm[1] + float(by[1])),
+            (place.shift_mm[0] + self.shift_x_mm, place.shift_mm[1] + self.shift_y_mm),
         )
 
     @property
@@ -130,7 +133,7 @@ class Placed:
     head
         The head section, its lower face shifted.
     motion
-        Of the neck in the head frame of the recording.
+        Of the neck in the head section's own frame.
     head_angle_rad
         As in :class:`Observed`.
     shift
@@ -177,7 +180,10 @@ class Placed:
 
 
 def observed(scenario: Scenario, neck: NeckSection, head: HeadSection) -> Observed:
-    """Return the neck's motion in the head frame from the files of `drinksim convert`.
+    """Return the neck's motion in the head section from the files of `drinksim convert`.
+
+    How the camera stood must not matter, not even by rounding, which slip and instability
+    would amplify: the motion is rounded to `ANGLE_DIGITS` and `PLACE_DIGITS`.
 
     Raises
     ------
@@ -193,13 +199,16 @@ def observed(scenario: Scenario, neck: NeckSection, head: HeadSection) -> Observ
     columns = _columns(file, ("time_s", "rel_x_mm", "rel_y_mm", "rel_theta_deg"))
     marks = np.asarray(neck.upper_mark) - np.asarray(neck.lower_mark)
     nose = head.landmarks["nose"] - head.landmarks["ear"]
+    head_angle = float(np.deg2rad(axes["head_axis_deg"]) - _angle(nose))
+    angle = np.deg2rad(columns["rel_theta_deg"] + axes["package_axis_deg"]) - _angle(marks)
+    position = rotated(np.column_stack([columns["rel_x_mm"], columns["rel_y_mm"]]), -head_angle)
     motion = RigidMotion.of_reference_point(
         columns["time_s"],
-        np.deg2rad(columns["rel_theta_deg"] + axes["package_axis_deg"]) - _angle(marks),
-        np.column_stack([columns["rel_x_mm"], columns["rel_y_mm"]]),
+        np.round(angle - head_angle, ANGLE_DIGITS),
+        np.round(position, PLACE_DIGITS),
         np.asarray(neck.lower_mark),
     )
-    return Observed(motion, float(np.deg2rad(axes["head_axis_deg"]) - _angle(nose)))
+    return Observed(motion, head_angle)
 
 
 def place(scenario: Scenario, neck: NeckSection, head: HeadSection, seen: Observed) -> Placed:
@@ -367,7 +376,7 @@ class _Fit:
         found = dict(zip(self.wanted, self._sigmas(q), strict=True)) if self.wanted else {}
         return Placed(
             with_lower_face_moved(self.head, shift.lower_face_mm),
-            shift.moved(self.seen),
+            shift.moved(self.seen.neck),
             self.seen.head_angle_rad,
             shift,
             found,
@@ -406,8 +415,7 @@ class _Fit:
         points = self.skins[lip][0][::every]
         if lip == "lower":
             points = points + shift.lower_face_mm
-        skin = rotated(points, self.seen.head_angle_rad)
-        local = np.stack([shift.applied(p, self.seen).pull_back(skin) for p in places])
+        local = np.stack([shift.applied(p).pull_back(points) for p in places])
         distance = np.min(
             [getattr(self.neck, wall).project(local.reshape(-1, 2)).distance for wall in WALLS],
             axis=0,

@@ -8,9 +8,9 @@ import pytest
 
 from fem2d.surface import Surface
 from geometry2d.outline import Outline
-from geometry2d.rigid import RigidPlacement
+from geometry2d.rigid import RigidPlacement, rotated
 from scenarios.cli import main
-from scenarios.drinking import Lips, observed
+from scenarios.drinking import Prepared, prepared
 from scenarios.solution import Solution
 from scenarios.spec import read_scenario
 
@@ -30,13 +30,8 @@ def solution(run: Path) -> Solution:
 
 
 @pytest.fixture(scope="module")
-def lips(run: Path) -> Lips:
-    from geometry2d.head import head_section
-    from geometry2d.neck import neck_section
-
-    scenario = read_scenario(str(run / "scenario.toml"), ["solver.resolution=coarse"])
-    neck, head = neck_section(scenario.package.measurements), head_section(scenario.head)
-    return Lips(scenario, head, neck, observed(scenario, neck, head).head_angle_rad)
+def ready(run: Path) -> Prepared:
+    return prepared(read_scenario(str(run / "scenario.toml"), ["solver.resolution=coarse"]))
 
 
 def test_the_whole_motion_was_followed_and_forces_balance(run: Path):
@@ -81,20 +76,21 @@ def test_histories_do_not_jump(solution: Solution):
         assert np.abs(np.diff(values)).max() < max(least, 0.25 * np.ptp(values)), name
 
 
-def test_no_point_of_a_lip_lies_inside_neck_or_teeth(solution: Solution, lips: Lips):
+def test_no_point_of_a_lip_lies_inside_neck_or_teeth(solution: Solution, ready: Prepared):
+    lips, turn = ready.lips, ready.placed.head_angle_rad
     walls = [lips.neck.upper_wall, lips.neck.lower_wall]
-    teeth = [
-        getattr(lips.head, f"{lip}_tooth").moved(lips.head_angle_rad, (0.0, 0.0))
-        for lip in ("upper", "lower")
-    ]
+    teeth = [getattr(lips.head, f"{lip}_tooth") for lip in ("upper", "lower")]
     at_rest = RigidPlacement(0.0, (0.0, 0.0))
     deepest = 0.0
     for index in range(0, solution.time_s.size, 5):
         frame = solution.frame(index)
+        displacement = rotated(frame.displacement, -turn)  # back into the frame of the section
+        x, y = rotated(frame.placement.shift_mm, -turn)
+        neck = RigidPlacement(frame.placement.angle_rad - turn, (float(x), float(y)))
         for lip in ("upper", "lower"):
             for part in ("skin", "inner"):
-                points = _dense(lips.surface(f"{lip}_{part}"), frame.displacement)
-                for outlines, placement in ((walls, frame.placement), (teeth, at_rest)):
+                points = _dense(lips.surface(f"{lip}_{part}"), displacement)
+                for outlines, placement in ((walls, neck), (teeth, at_rest)):
                     deepest = max(deepest, _depth(points, outlines, placement))
     assert 0.0 < deepest < 0.02
 

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.slow
 
 def lips(*overrides: str) -> Lips:
     scenario = read_scenario("DC-AE", ["solver.resolution=coarse", *overrides])
-    return Lips(scenario, script_of("DC-AE").face(), scenario.package.section(), 0.0)
+    return Lips(scenario, script_of("DC-AE").face(), scenario.package.section())
 
 
 def motion() -> RigidMotion:

@@ -1,0 +1,77 @@
+"""What a replay says does not depend on how the camera stood: the world turned gives the same."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geometry2d.rigid import rotated
+from scenarios.drinking import replay
+from scenarios.run import convert_recording
+from scenarios.solution import Increment
+from scenarios.spec import read_scenario
+
+pytestmark = pytest.mark.slow
+
+TURN_DEG = 34.0
+UP_TO_S = 1.6
+"""Past the first touch and slip of the lower lip, and the touch of the upper one."""
+
+
+@pytest.fixture(scope="module")
+def motion(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    recording = read_scenario("A38-F").recording
+    out = tmp_path_factory.mktemp("frames") / "motion"
+    return convert_recording(recording, out, progress=lambda share, what: None).motion
+
+
+def turned(motion: Path, angle_deg: float, folder: Path) -> Path:
+    """The motion as a camera turned by ``-angle_deg`` would have measured it."""
+    folder.mkdir()
+    with motion.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    for row in rows:
+        place = np.array([[float(row["rel_x_mm"]), float(row["rel_y_mm"])]])
+        x, y = rotated(place, np.deg2rad(angle_deg))[0]
+        row["rel_x_mm"], row["rel_y_mm"] = repr(float(x)), repr(float(y))
+    with (folder / "motion.csv").open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, rows[0].keys())
+        writer.writeheader()
+        writer.writerows(rows)
+    summary = json.loads(motion.with_name("summary.json").read_text())
+    for axis in summary["first_frame"]:
+        summary["first_frame"][axis] += angle_deg
+    (folder / "summary.json").write_text(json.dumps(summary))
+    return folder / "motion.csv"
+
+
+class PastTheTouch(Exception):
+    """Enough was seen."""
+
+
+def histories(motion: Path) -> dict[str, np.ndarray]:
+    rows: list[dict[str, float]] = []
+
+    def keep(increment: Increment) -> None:
+        rows.append({"time_s": increment.time_s, **increment.history})
+        if increment.time_s > UP_TO_S:
+            raise PastTheTouch
+
+    scenario = read_scenario("A38-F", ["solver.resolution=coarse"]).with_motion(motion)
+    with pytest.raises(PastTheTouch):
+        replay(scenario, on_increment=keep)
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def test_a_turned_world_gives_the_same_histories(motion: Path, tmp_path: Path):
+    here, there = histories(motion), histories(turned(motion, TURN_DEG, tmp_path / "turned"))
+    assert here["lower_lip_window_kpa"].max() > 10
+    for lip in ("upper", "lower"):
+        force = np.column_stack([there.pop(f"{lip}_lip_force_{axis}_n") for axis in "xy"])
+        back = rotated(force, -np.deg2rad(TURN_DEG))
+        there |= {f"{lip}_lip_force_{axis}_n": back[:, i] for i, axis in enumerate("xy")}
+    for name, values in here.items():
+        scale = max(np.abs(values).max(), 1e-6)
+        np.testing.assert_allclose(there[name], values, rtol=0, atol=1e-6 * scale, err_msg=name)
