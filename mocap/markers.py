@@ -1,42 +1,6 @@
 """The marker file: which markers there are, on which body, and how many millimetres apart.
 
-::
-
-    [scale]
-    package = 14.0          # mm between the package's first two markers; required
-    head = 104.3            # mm between ear and nose; optional: the head's own scale
-    package_sigma = 0.05    # mm, standard error of the length above; optional (0), any body
-
-    [lens]                  # optional, OpenCV's names: fx, fy, cx, cy, k1, k2, p1, p2, k3
-
-    [markers]               # rough position (px) in the first used frame
-    ear = [460.0, 300.0]
-    nose = "auto"           # looked for; the same as leaving a standard marker out
-    package_lower = [752.0, 374.0]
-    package_upper = [733.0, 348.0]
-    jaw_front = [708.0, 434.0]   # optional, as is jaw_back
-
-    [bodies]                # optional; these are the defaults
-    head = ["ear", "nose"]
-    package = ["package_lower", "package_upper"]
-    jaw = ["jaw_front", "jaw_back"]     # followed and reported, never part of the head
-    moving = "package"      # the body whose motion is sought ...
-    reference = "head"      # ... as seen from this one
-
-    [tracking]              # optional
-    polarity = "auto"       # "dark" on light, "light" on dark, "ring", or "auto"
-
-    [plane]                 # optional: four points of the plane of motion, px and mm (y up)
-    image_px = [[100, 80], [1180, 80], [1180, 640], [100, 640]]
-    world_mm = [[0, 150], [300, 150], [300, 0], [0, 0]]
-
-    [style]                 # optional, all three: px in the first used frame, to tell how is drunk
-    upper_lip = [613, 384]  # foremost point of the upper lip
-    rim_lower = [777, 577]  # ends of the neck's rim
-    rim_upper = [833, 545]
-
-    [recording]             # optional
-    rendered = true         # drawn, not filmed: said wherever the recording is shown
+``EXAMPLE`` shows all that it may hold.
 
 The position of a body is that of its first marker. A body with a single marker has no rotation.
 Pixels count from the centre of the upper left pixel, x to the right, y down.
@@ -52,6 +16,46 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+EXAMPLE = """\
+[scale]
+package = 14.0          # mm between the package's first two markers; required
+head = 104.3            # mm between ear and nose; optional: the head's own scale
+# package_sigma = 0.05  # mm, standard error of a length above; optional (0), any body
+
+[markers]               # rough position (px) in the first used frame
+ear = [460.0, 300.0]
+nose = "auto"           # looked for; the same as leaving a standard marker out
+package_lower = [752.0, 374.0]
+package_upper = [733.0, 348.0]
+jaw_front = [708.0, 434.0]   # optional, as is jaw_back
+
+# All that follows is optional.
+
+# [lens]                  # OpenCV's names: fx, fy, cx, cy, k1, k2, p1, p2, k3
+
+# [bodies]                # these are the defaults
+# head = ["ear", "nose"]
+# package = ["package_lower", "package_upper"]
+# jaw = ["jaw_front", "jaw_back"]     # followed and reported, never part of the head
+# moving = "package"      # the body whose motion is sought ...
+# reference = "head"      # ... as seen from this one
+
+# [tracking]
+# polarity = "auto"       # "dark" on light, "light" on dark, "ring", or "auto"
+
+# [plane]                 # four points of the plane of motion, px and mm (y up)
+# image_px = [[100, 80], [1180, 80], [1180, 640], [100, 640]]
+# world_mm = [[0, 150], [300, 150], [300, 0], [0, 0]]
+
+# [style]                 # px in the first used frame, to tell how is drunk
+# upper_lip = [613, 384]  # foremost point of the upper lip
+# rim_lower = [777, 577]  # ends of the neck's rim
+# rim_upper = [833, 545]
+
+# [recording]
+# rendered = true         # drawn, not filmed: said wherever the recording is shown
+"""
 
 POLARITIES = ("auto", "dark", "light", "ring")
 LENS_KEYS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")

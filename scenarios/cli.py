@@ -15,9 +15,11 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import indent
 from typing import Any, NoReturn, cast
 
 from mocap.convert import ConvertOptions
+from mocap.markers import EXAMPLE
 from scenarios.aspiration import AspirationOptions
 from scenarios.calibration import CalibrationOptions
 from scenarios.element import ElementOptions
@@ -343,6 +345,7 @@ def _parser() -> argparse.ArgumentParser:
         "turn a video into motions of head and package and boundary-condition tables",
         "drinksim convert sip.mp4 --markers markers.toml --out sip",
     )
+    convert.epilog = f"{convert.epilog}\n\na marker file:\n\n{indent(EXAMPLE, '  ')}"
     convert.add_argument("video", metavar="VIDEO", type=Path, help="the recording, side view")
     convert.add_argument(
         "--markers", metavar="FILE", type=Path, required=True, help="marker file (TOML)"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mocap.markers import MarkerFileError, read_markers
+from mocap.markers import EXAMPLE, MarkerFileError, read_markers
 
 GOOD = """
 [scale]
@@ -39,6 +40,17 @@ def test_a_usual_file(tmp_path: Path) -> None:
     assert markers.body_of("nose") == "head"
     assert markers.lens.bends and markers.lens.cx is None
     assert not markers.rendered
+
+
+def test_the_example_is_a_marker_file_with_and_without_what_is_optional(tmp_path: Path) -> None:
+    markers = read(tmp_path, EXAMPLE)
+    assert markers.scale_mm["head"] == 104.3 and markers.positions_px["nose"] is None
+    assert markers.plane is None and markers.style is None and not markers.rendered
+    everything = re.sub(r"^# (?=\[|\w+ = )", "", EXAMPLE, flags=re.MULTILINE)
+    whole = read(tmp_path, everything)
+    assert whole.plane is not None and whole.style is not None and whole.rendered
+    assert whole.scale_sigma_mm["package"] == 0.05
+    assert whole.bodies["jaw"] == ("jaw_front", "jaw_back")
 
 
 def test_missing_standard_markers_are_to_be_looked_for(tmp_path: Path) -> None:

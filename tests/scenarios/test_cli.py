@@ -120,6 +120,13 @@ def test_what_a_conversion_warns_of_is_said_on_screen(
     assert said == [f"drinksim: warning: {warning}" for warning in warnings]
 
 
+def test_the_help_of_convert_shows_a_marker_file(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["convert", "--help"])
+    said = capsys.readouterr().out
+    assert "example: drinksim convert" in said and "package_lower = [752.0, 374.0]" in said
+
+
 def test_an_unknown_scenario(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     line = complaint(capsys, "replay", "A38F", "--out", tmp_path / "out")
     assert "did you mean 'A38-F'?" in line
