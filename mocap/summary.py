@@ -40,7 +40,7 @@ def summary(
     """
     motion = measured.motion
     depth = depth_effect(measured, markers)
-    warnings = [*_video_warnings(info, timing), *_measurement_warnings(measured, markers)]
+    warnings = [*video_warnings(info, timing), *_measurement_warnings(measured, markers)]
     warnings += depth.pop("warnings")
     return {
         "command": "drinksim convert",
@@ -53,6 +53,7 @@ def summary(
             "rotation_deg": info.rotation_deg,
             "interlaced": info.interlaced,
             "frames_declared": info.declared_frames,
+            "frames_in_file": timing.frames_in_file,
             "frames_used": timing.frames,
             "first_s": timing.first_s,
             "last_s": timing.last_s,
@@ -193,8 +194,12 @@ def _scale(scale: BodyScale) -> dict[str, Any]:
     }
 
 
-def _video_warnings(info: VideoInfo, timing: Timing) -> list[str]:
+def video_warnings(info: VideoInfo, timing: Timing) -> list[str]:
+    """Return what a reader must know of a file and its frames, one sentence each."""
     warnings = timing.warnings()
+    held, announced = timing.frames_in_file, info.declared_frames
+    if held is not None and announced and not info.interlaced and held != announced:
+        warnings.append(f"the file announces {announced} frames and holds {held}: those are used")
     if info.rotation_deg:
         warnings.append(f"the picture was turned by {info.rotation_deg}° as the file asks")
     if info.interlaced:

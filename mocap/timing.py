@@ -54,6 +54,7 @@ class Timing:
     ``repeated`` frames show what the frame before showed, ``blended`` ones a mixture of both
     neighbours; ``dropped`` are (frame after the gap, frames missing before it). ``combed`` frames
     show two instants in alternate rows; none are listed unless the clip as a whole is combed.
+    ``frames_in_file`` is None unless the file was read to its end.
     """
 
     frames: int
@@ -65,6 +66,7 @@ class Timing:
     blended: tuple[int, ...]
     dropped: tuple[tuple[int, int], ...]
     combed: tuple[int, ...]
+    frames_in_file: int | None = None
 
     @property
     def distrusted(self) -> frozenset[int]:

@@ -8,7 +8,7 @@ file's rotation flag says and are the luminance in 8 bit: that is what markers a
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -84,6 +84,7 @@ class Video:
         self.decoded = 0
         self._monitor = TimingMonitor()
         self._key_frames: set[int] = set()
+        self._frames_in_file: int | None = None
 
     @property
     def key_frames(self) -> frozenset[int]:
@@ -93,7 +94,12 @@ class Video:
     @property
     def timing(self) -> Timing:
         """What the frames read so far say about times: gaps, repeated and blended frames."""
-        return self._monitor.timing()
+        return replace(self._monitor.timing(), frames_in_file=self._frames_in_file)
+
+    @property
+    def announced_frames(self) -> int:
+        """Number of frames that the file says it holds, fields counted singly; 0 if it does not."""
+        return self.info.declared_frames * (2 if self.info.interlaced else 1)
 
     def frames(
         self, *, start_s: float | None = None, end_s: float | None = None
@@ -108,6 +114,7 @@ class Video:
         self._monitor = TimingMonitor()
         self._key_frames.clear()
         self.decoded = 0
+        self._frames_in_file = None
         first = self._first_time
         stretch = self._time_stretch()
         used, last = 0, -np.inf
@@ -131,6 +138,7 @@ class Video:
             yield frame
         else:
             self._check_complete()
+            self._frames_in_file = self.decoded
         if used == 0:
             raise VideoError(
                 f"{self.path}: no frame lies between --start {start_s} and --end {end_s}; the "
@@ -255,7 +263,7 @@ class Video:
 
     def _check_complete(self) -> None:
         """Refuse a file that ended well before the number of frames it announces."""
-        declared = self.info.declared_frames * (2 if self.info.interlaced else 1)
+        declared = self.announced_frames
         if self.decoded < (1 - TRUNCATED_SHARE) * declared:
             raise VideoError(
                 f"{self.path}: announces {declared} frames but ends after {self.decoded} "

@@ -10,6 +10,7 @@ import av
 import numpy as np
 import pytest
 
+from mocap.summary import video_warnings
 from mocap.synthetic import write_recording
 from mocap.video import Video, VideoError
 
@@ -214,6 +215,36 @@ def test_a_file_cut_short_is_refused_with_the_place(tmp_path: Path) -> None:
     with pytest.raises(VideoError, match=r"short\.mp4.*(cut short|cannot be decoded)"):
         list(Video(short).frames())
     assert len(list(Video(short).frames(end_s=0.2))) == 6
+
+
+def test_a_count_of_frames_that_lies_a_little_is_flagged(tmp_path: Path) -> None:
+    path = tmp_path / "v.avi"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=25)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+        for k, picture in enumerate(pictures(40)):
+            frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+            frame.pts = k
+            container.mux(stream.encode(frame.reformat(format="yuv420p")))
+        container.mux(stream.encode())
+    data = bytearray(path.read_bytes())
+    length = data.index(b"strh") + 8 + 32
+    assert struct.unpack_from("<I", data, length) == (40,)
+    for count, refused in ((41, False), (60, True)):
+        struct.pack_into("<I", data, length, count)
+        path.write_bytes(data)
+        video = Video(path)
+        assert video.info.declared_frames == count
+        if refused:
+            with pytest.raises(VideoError, match="announces 60 frames but ends after 40"):
+                list(video.frames())
+        else:
+            assert len(list(video.frames())) == 40
+            assert video.timing.frames_in_file == 40
+            (warning,) = video_warnings(video.info, video.timing)
+            assert "announces 41 frames and holds 40" in warning
+    assert len(list(video.frames(end_s=0.2))) == 6
+    assert video.timing.frames_in_file is None
 
 
 def test_not_a_video(tmp_path: Path) -> None:
