@@ -8,7 +8,7 @@ needs the smallest pull is taken. What relaxes afterwards lies down on the neck 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from fem2d.inertia import Inertia
 from fem2d.linear import fastest_solver
 from fem2d.load import Amplitude
 from fem2d.march import Commit, StepSettings, march
@@ -32,24 +33,26 @@ Array = NDArray[np.float64]
 MOST_KPA = 6.0
 """A pull that is tried at most: three times what an ordinary sip needs."""
 
-DIRECTIONS_DEG = (0.0, 30.0, 60.0, 90.0, 120.0)
+DIRECTIONS_DEG = (0.0, 40.0, 80.0, 120.0)
 """Directions tried first, from forward to upward and back; then between the best one's neighbours.
 """
 
 DIRECTION_TOLERANCE_DEG = 4.0
 """The pull that is needed is flat about its smallest: 4° change it by less than 1 %."""
 
-INSTANTS_PER_PULL = 40
+INSTANTS_PER_PULL = 100
 """Instants at which the neck's way past the held lip is looked at."""
 
-REACH_MM = 15.0
-"""Skin that stays farther than this from the neck while undrawn is not drawn into its way."""
+REACH_MM = 10.0
+"""Skin and neck that stay farther than this apart while the lip is undrawn do not meet."""
 
-RISE = Amplitude((0.0, 10.0), (0.0, 1.0))
-"""How the trial pull rises: slowly against the tissue's relaxation, so that the lip rests."""
+RISE = Amplitude((0.0, 1.0), (0.0, 1.0))
+STEPS = StepSettings(longest_s=0.03)
+"""How the trial pull rises. No time passes: the lip is at rest at every step."""
 
-STEPS = StepSettings(longest_s=0.25)
-NO_NECK = RigidMotion(np.array([0.0, 10.0]), np.zeros(2), np.zeros((2, 2)))
+AT_REST = Inertia(density_tonne_per_mm3=0.0, spectral_radius=0.0, relaxation_s=0.0)
+
+NO_NECK = RigidMotion(np.array([0.0, 1.0]), np.zeros(2), np.zeros((2, 2)))
 
 
 @dataclass(frozen=True)
@@ -144,7 +147,7 @@ class _Trial:
 
     lips: Lips
     muscle: Muscle
-    places: tuple[RigidPlacement, ...]
+    places: Sequence[RigidPlacement]
     obstacles: tuple[Outline, ...]
     system: System
     skin: Surface
@@ -162,20 +165,24 @@ class _Trial:
                 for held_from, held_to in zip(muscle.tense_to_s, muscle.relax_from_s, strict=True)
             ]
         )
-        places = tuple(motion.at(float(time)) for time in times)
+        places = [motion.at(float(time)) for time in times]
         obstacles = (lips.neck.upper_wall, lips.neck.lower_wall, _bore(lips.neck))
         skin = alone.surface(f"{muscle.lip}_skin")
         undrawn = skin.positions(np.zeros_like(skin.nodes)).reshape(-1, 2)
+        near: NDArray[np.bool_] = _distances(undrawn, places, obstacles) < REACH_MM
+        near_places, near_points = np.flatnonzero(near.any(axis=1)), near.any(axis=0)
         return cls(
             lips=alone,
             muscle=muscle,
-            places=places,
+            places=[places[k] for k in near_places],
             obstacles=obstacles,
             system=replace(
-                system, contacts=tuple(pair for pair in system.contacts if not pair.moving)
+                system,
+                contacts=tuple(pair for pair in system.contacts if not pair.moving),
+                inertia=AT_REST,
             ),
             skin=skin,
-            reachable=_distance(undrawn, places, obstacles) < REACH_MM,
+            reachable=np.asarray(near_points),
         )
 
     def pulled(self, direction_deg: float) -> FoundPull:
@@ -221,17 +228,16 @@ class _Trial:
     def _clearance(self, displacement: Array) -> float:
         """Return how near the neck comes to the lip at a displacement, mm."""
         points = self.skin.positions(displacement).reshape(-1, 2)[self.reachable]
-        return float(_distance(points, self.places, self.obstacles).min())
+        return float(np.min(_distances(points, self.places, self.obstacles), initial=np.inf))
 
 
-def _distance(
-    points: Array, places: tuple[RigidPlacement, ...], obstacles: tuple[Outline, ...]
+def _distances(
+    points: Array, places: Sequence[RigidPlacement], obstacles: tuple[Outline, ...]
 ) -> Array:
-    """Return the smallest distance (p,) of points (p, 2) from outlines put at any place, mm."""
-    local = np.stack([place.pull_back(points) for place in places]).reshape(-1, 2)
-    distance = np.min([outline.project(local).distance for outline in obstacles], axis=0)
-    nearest: Array = distance.reshape(len(places), len(points)).min(axis=0)
-    return nearest
+    """Return the distance (t, p), mm, of points (p, 2) from outlines put at each place."""
+    local = np.array([place.pull_back(points) for place in places]).reshape(-1, 2)
+    distance: Array = np.min([outline.project(local).distance for outline in obstacles], axis=0)
+    return distance.reshape(len(places), len(points))
 
 
 def _bore(neck: NeckSection) -> Outline:

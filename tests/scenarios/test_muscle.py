@@ -7,10 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+import shapely
 
 from fem2d.linear import fastest_solver
 from fem2d.load import Amplitude
 from fem2d.march import march
+from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion
 from scenarios.lip_model import Lips, Pull
 from scenarios.muscle import FoundPull, found_pull
@@ -48,13 +50,25 @@ def clearance_of(pull: Pull) -> float:
     start = system.state_at_rest(0.0, away.at(0.0), next_step_s=0.04)
     state = march(system, away, start, solver=fastest_solver()).state
     skin = alone.surface("upper_skin").positions(state.displacement).reshape(-1, 2)
-    muscle, nearest = pull.muscle, np.inf
-    for held_from, held_to in zip(muscle.tense_to_s, muscle.relax_from_s, strict=True):
+    neck = closed(alone.neck)
+    border = shapely.boundary(neck)
+    nearest = np.inf
+    for held_from, held_to in zip(pull.muscle.tense_to_s, pull.muscle.relax_from_s, strict=True):
         for time in np.linspace(held_from, held_to, 150):
-            local = motion().at(float(time)).pull_back(skin)
-            for wall in (alone.neck.upper_wall, alone.neck.lower_wall):
-                nearest = min(nearest, float(wall.project(local).distance.min()))
+            points = shapely.points(motion().at(float(time)).pull_back(skin))
+            distance = shapely.distance(border, points)
+            inside = shapely.contains(neck, points)
+            nearest = min(nearest, float(np.where(inside, -distance, distance).min()))
     return nearest
+
+
+def closed(neck: NeckSection) -> shapely.Geometry:
+    """The neck with its opening closed at the rim."""
+    walls = [shapely.Polygon(w.sampled(0.02)) for w in (neck.lower_wall, neck.upper_wall)]
+    (left, low, right, _), (_, _, _, high) = (wall.bounds for wall in walls)
+    thread_to_bore = 0.5 * (walls[0].bounds[3] - low)
+    between = shapely.box(left, low + thread_to_bore, right, high - thread_to_bore)
+    return shapely.union_all([*walls, between])
 
 
 def test_the_pull_that_is_found_clears_the_neck_as_asked():
