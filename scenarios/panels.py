@@ -141,7 +141,7 @@ class HistoryStrip:
         for (output, colour), (_, title, _) in zip(self._curves, LIP_PRESSURES, strict=True):
             axes.plot(output.time_s, output.values, color=colour, lw=1.8, label=title)
         highest = max(float(output.values.max()) for output, _ in self._curves)
-        axes.set_ylim(0.0, 1.12 * highest or 1.0)
+        axes.set_ylim(0.0, 1.3 * highest or 1.0)  # room for the legend above the curves
         axes.set_xlim(start, end if end > start else start + 1.0)
         axes.set_xlabel("time, s", size=size, color=INK, labelpad=2)
         axes.set_ylabel("lip pressure, kPa", size=size, color=INK)
