@@ -24,7 +24,7 @@ import numpy as np
 from fem2d.march import StepSettings
 from scenarios.drinking import replay
 from scenarios.run import convert_recording
-from scenarios.solution import LIPS, Increment
+from scenarios.solution import LIPS
 from scenarios.spec import library_names, read_scenario
 
 COLUMNS = (
@@ -40,16 +40,16 @@ COLUMNS = (
 )
 
 
-def outputs(increments: list[Increment]) -> list[float]:
-    """Return each of ``COLUMNS`` for a sip."""
-    lasts = np.diff([increment.time_s for increment in increments], append=increments[-1].time_s)
+def outputs(rows: list[dict[str, float]]) -> list[float]:
+    """Return each of ``COLUMNS`` for the lines of a sip's history."""
+    lasts = np.diff([row["time_s"] for row in rows], append=rows[-1]["time_s"])
 
     def top(*names: str) -> float:
-        values = [[increment.history[name] for name in names] for increment in increments]
+        values = [[row[name] for name in names] for row in rows]
         return float(np.linalg.norm(values, axis=1).max())
 
     def touching(name: str) -> float:
-        values = np.array([increment.history[name] for increment in increments])
+        values = np.array([row[name] for row in rows])
         return float(np.average(values, weights=lasts * (values > 0)))
 
     return [
@@ -67,19 +67,21 @@ def measured(
 ) -> list[float]:
     """Replay once, print a row and return its values."""
     scenario = read_scenario(name, [f"solver.resolution={resolution}"]).with_motion(motion)
-    increments: list[Increment] = []
+    rows: list[dict[str, float]] = []
     started = time.process_time()
-    outcome = replay(scenario, on_increment=increments.append, steps=steps)
+    outcome = replay(
+        scenario, on_increment=lambda increment: rows.append(increment.row()), steps=steps
+    )
     seconds = time.process_time() - started
-    values = outputs(increments)
-    iterations = sum(increment.newton_iterations for increment in increments)
+    values = outputs(rows)
+    iterations = int(sum(row["newton_iterations"] for row in rows))
     size = outcome.about["elements"]
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     ended = "" if outcome.finished else f" ({outcome.sentence})"
     row = [
         f"{label}{ended}",
         f"{size:,}",
-        f"{len(increments)}, {iterations}",
+        f"{len(rows)}, {iterations}",
         *(f"{value:.4g}" for value in values),
         f"{seconds:.0f}",
         f"{memory:.0f}",

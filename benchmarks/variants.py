@@ -15,8 +15,8 @@ from pathlib import Path
 
 from scenarios.drinking import replay
 from scenarios.run import convert_recording
-from scenarios.solution import LIPS, Increment
-from scenarios.spec import library_names, read_scenario
+from scenarios.solution import LIPS
+from scenarios.spec import ScenarioError, library_names, read_scenario
 
 VARIANTS = (
     "",
@@ -30,6 +30,47 @@ VARIANTS = (
     "placement.shift_y_mm=-2",
     "placement.shift_y_mm=2",
 )
+
+
+def told(rows: list[dict[str, float]]) -> list[str]:
+    """Return the cells of a run's costs and peaks."""
+    if not rows:
+        return ["0, 0, 0", "", "", "", "", "", ""]
+    values = {name: [row[name] for row in rows] for name in rows[0]}
+    iterations, cutbacks = sum(values["newton_iterations"]), sum(values["cutbacks"])
+    least, largest = min(values["dermis_min_log_strain"]), max(values["dermis_max_log_strain"])
+    return [
+        f"{len(rows)}, {iterations:.0f}, {cutbacks:.0f}",
+        *(f"{max(values[f'{lip}_lip_window_kpa']):.0f}" for lip in LIPS),
+        *(f"{max(values[f'{lip}_lip_contact_mm']):.2f}" for lip in LIPS),
+        f"{least:.2f} … {largest:.2f}",
+        f"{max(values['dermis_max_mises_kpa']):.0f}",
+    ]
+
+
+def run(name: str, variant: str, motion: Path, resolution: str) -> bool:
+    """Replay one variant, print its row and return whether it ran to the end."""
+    settings = [f"solver.resolution={resolution}", *variant.split()]
+    rows: list[dict[str, float]] = []
+    started = time.process_time()
+    try:
+        outcome = replay(
+            read_scenario(name, settings).with_motion(motion),
+            on_increment=lambda increment: rows.append(increment.row()),
+        )
+        finished, ended = outcome.finished, outcome.sentence
+    except ScenarioError as error:
+        finished, ended = False, str(error)
+    seconds = time.process_time() - started
+    row = [
+        name,
+        variant or "nothing",
+        "whole" if finished else ended,
+        *told(rows),
+        f"{seconds:.0f}",
+    ]
+    print(f"| {' | '.join(row)} |", flush=True)
+    return finished
 
 
 def main() -> None:
@@ -59,36 +100,7 @@ def main() -> None:
             motion = convert_recording(
                 recording, Path(scratch) / "motion", progress=lambda share, what: None
             ).motion
-            for variant in VARIANTS:
-                settings = [f"solver.resolution={options.resolution}", *variant.split()]
-                increments: list[Increment] = []
-                started = time.process_time()
-                outcome = replay(
-                    read_scenario(name, settings).with_motion(motion),
-                    on_increment=increments.append,
-                )
-                seconds = time.process_time() - started
-                whole += outcome.finished
-
-                values = {
-                    key: [increment.history[key] for increment in increments]
-                    for key in increments[0].history
-                }
-                iterations = sum(i.newton_iterations for i in increments)
-                cutbacks = sum(i.cutbacks for i in increments)
-                row = [
-                    name,
-                    variant or "nothing",
-                    "whole" if outcome.finished else outcome.sentence,
-                    f"{len(increments)}, {iterations}, {cutbacks}",
-                    *(f"{max(values[f'{lip}_lip_window_kpa']):.0f}" for lip in LIPS),
-                    *(f"{max(values[f'{lip}_lip_contact_mm']):.2f}" for lip in LIPS),
-                    f"{min(values['dermis_min_log_strain']):.2f} … "
-                    f"{max(values['dermis_max_log_strain']):.2f}",
-                    f"{max(values['dermis_max_mises_kpa']):.0f}",
-                    f"{seconds:.0f}",
-                ]
-                print(f"| {' | '.join(row)} |", flush=True)
+            whole += sum(run(name, variant, motion, options.resolution) for variant in VARIANTS)
     print(f"\n{whole} of {len(options.scenarios) * len(VARIANTS)} ran to the end")
 
 
