@@ -37,11 +37,6 @@ LEAST_CHANGE = 0.003
 CLEAR_CHANGE = 8.0
 # Frames over which errors may go together: compressed pictures repeat themselves.
 CORRELATED_FRAMES = 8
-# Part of a frame's error that stays throughout a clip, however many frames: what lies beside a
-# mark, and what an encoder carries along with it. Mean distances of pairs in 1.6 s of drawn video
-# are wrong by 0.16 to 0.21 of their standard error in one frame, at 24 frames/s (expected 0.16) as
-# at 60 (expected 0.10).
-STAYING_SHARE = 0.15
 
 
 class ScaleError(ValueError):
@@ -223,10 +218,8 @@ def _scale_of_pair(
     time = tracks.time_s
     fitted, fit_sigma = _slow_trend(time, distance, np.maximum(sigma, 1e-4), both)
     change = float(np.ptp(fitted) / np.mean(fitted))
-    stays = STAYING_SHARE * float(np.median(sigma[both]))
     relative = np.hypot(
-        np.hypot(fit_sigma, stays) / float(np.mean(fitted)),
-        markers.scale_sigma_mm[body] / length_mm,
+        fit_sigma / float(np.mean(fitted)), markers.scale_sigma_mm[body] / length_mm
     )
     flat_dots = Flattening(np.nan, np.nan)
     if tracks.ellipse is not None:
