@@ -32,7 +32,7 @@ class NormalLaw:
     """
 
     stiffness_mpa_per_mm: float = field(
-        default=25.0, metadata={"unit": "MPa/mm", "help": "normal penalty stiffness"}
+        default=50.0, metadata={"unit": "MPa/mm", "help": "normal penalty stiffness"}
     )
     ramp_mm: float = field(
         default=0.002,

@@ -47,10 +47,10 @@ class StepSettings:
         Most that the rigid body moves in one step while it touches, mm.
     easy_iterations, hard_iterations
         A step that needs no more (less) iterations than this is followed by a longer (shorter) one.
-    deepest_mm
-        Penetration of a rigid body beyond which a trial is rejected although its forces balance,
-        mm: tissue on both sides of a thin wall holds itself there, which the tissue cannot reach
-        without passing through the wall. Far more than the penalty ever allows.
+    plunge_mm
+        A trial in which the deepest penetration of a rigid body grows by more than this is rejected
+        although its forces balance, mm: a lip that snaps can straddle a thin wall, whose two sides
+        then hold it there. Far more than pressure adds in one step.
     watch_stability
         Whether every committed state is tested for static stability.
     """
@@ -60,7 +60,9 @@ class StepSettings:
     travel_mm: float = field(default=0.15, metadata={"unit": "mm", "help": "motion per step"})
     easy_iterations: int = field(default=7, metadata={"help": "iterations of an easy step"})
     hard_iterations: int = field(default=14, metadata={"help": "iterations of a hard step"})
-    deepest_mm: float = field(default=0.1, metadata={"unit": "mm", "help": "deepest penetration"})
+    plunge_mm: float = field(
+        default=0.1, metadata={"unit": "mm", "help": "growth of penetration per step"}
+    )
     watch_stability: bool = field(default=False, metadata={"help": "test every state"})
 
 
@@ -163,7 +165,7 @@ def march(
             )
             trial, balance = attempt(system, motion, state, duration, solver, newton, of_body)
             iterations += trial.iterations
-            if trial.converged and _deepest(balance) <= steps.deepest_mm:
+            if trial.converged and not _plunged(system, state, balance, steps):
                 break
             rejected += 1
             proposed = 0.5 * duration
@@ -305,9 +307,18 @@ def _travel_limit(system: System, motion: RigidMotion, state: State, steps: Step
     return np.inf if farthest == 0 else steps.longest_s * allowed / farthest
 
 
-def _deepest(balance: SystemBalance) -> float:
-    """Return the deepest penetration of a rigid body, mm."""
-    return max((-float(np.min(touch.points.gap)) for touch in balance.touching), default=0.0)
+def _plunged(system: System, before: State, balance: SystemBalance, steps: StepSettings) -> bool:
+    """Whether tissue has gone into a rigid body farther than pressure can push it in one step."""
+    deepest = _deepest(balance.touching)
+    if deepest <= steps.plunge_mm:
+        return False
+    earlier = system.contact_responses(before.displacement, before.placement, before)
+    return deepest - _deepest(earlier) > steps.plunge_mm
+
+
+def _deepest(touching: tuple[ContactResponse, ...]) -> float:
+    """Return the deepest penetration of a rigid body, mm; 0 if there is none."""
+    return max((-float(np.min(touch.points.gap)) for touch in touching), default=0.0)
 
 
 def _growth(iterations: int, rejected: int, steps: StepSettings) -> float:
