@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from contact_models import FINE, LIP_PRESS, followed, force_on_tissue, lip_press, path
 
-from fem2d.friction import FrictionLaw
+from fem2d.friction import FrictionLaw, NormalLaw
 from fem2d.linear import Pardiso, SuperLu, fastest_solver
-from fem2d.march import attempt
+from fem2d.march import MarchStatus, StepSettings, attempt, march
 from fem2d.newton import NewtonSettings
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 
@@ -147,3 +147,30 @@ def test_halving_the_steps_changes_little():
     coarse, fine = np.abs(forces)
     assert coarse[0] == pytest.approx(fine[0], rel=2e-3)
     assert coarse[1] == pytest.approx(fine[1], rel=2e-4)
+
+
+def test_a_plunge_into_a_rigid_body_is_rejected_but_slow_squeezing_is_not():
+    # A penalty so soft that the circle sinks in by a tenth of a millimetre altogether.
+    system = lip_press(20, 10, normal=NormalLaw(0.2, 1e-4), points=3)
+    motion = path([0, 1], [[0, 0], [0, -2.0]])
+    most = 0.01
+
+    def deepest(plunge_mm):
+        commits = []
+        result = march(
+            system, motion, system.state_at_rest(0.0, motion.at(0.0), next_step_s=0.25),
+            solver=fastest_solver(),
+            steps=StepSettings(longest_s=0.25, travel_mm=1e9, plunge_mm=plunge_mm),
+            newton=FINE, on_commit=commits.append,
+        )  # fmt: skip
+        assert result.status is MarchStatus.FINISHED
+        return result, np.array([-c.contacts[0].points.gap.min() for c in commits])
+
+    free, sunk = deepest(1.0)
+    assert free.increments == 4
+    assert np.diff(sunk, prepend=0).max() > 2 * most
+    held, slowly = deepest(most)
+    assert held.cutbacks > 0
+    assert np.diff(slowly, prepend=0).max() <= most
+    assert slowly[-1] > 3 * most
+    assert slowly[-1] == pytest.approx(sunk[-1], rel=0.02)
