@@ -6,9 +6,16 @@
 Replays each scenario at each resolution, and once more at the resolution named by ``--halved`` with
 steps of half the length and half the travel. A row has the largest value of each output over the
 sip, but the mean length of contact over the time in which a lip touches: its largest value is that
-of an instant at which a second place just touches. Below the rows, the change from the second
-finest mesh to the finest, and from whole to halved steps, in percent. Time is processor time;
-memory is the largest that the process ever held.
+of an instant at which a second place just touches.
+
+Some outputs are pointwise or nearly so, and need not converge where a thread's edge presses: the
+extremes of the dermis, and the length of contact, to which a place that barely touches adds its
+whole length. Beside them stand measures that do not depend on points: the value that 0.1 mm² of the
+dermis exceeds, and the *Hertzian length*: that of undeformed skin on which a pressure like the root
+of a parabola has the same force and the same ∫p² ds, (32/3π²) (∫p ds)²/∫p² ds.
+
+Below the rows, the change from the second finest mesh to the finest, and from whole to halved
+steps, in percent. Time is processor time; memory is the largest that the process ever held.
 """
 
 from __future__ import annotations
@@ -20,11 +27,12 @@ import time
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fem2d.march import StepSettings
 from scenarios.drinking import replay
 from scenarios.run import convert_recording
-from scenarios.solution import LIPS
+from scenarios.solution import LIPS, Increment, Model
 from scenarios.spec import library_names, read_scenario
 
 COLUMNS = (
@@ -37,7 +45,53 @@ COLUMNS = (
     "least log strain",
     "largest log strain",
     "von Mises, kPa",
+    "upper Hertzian length, mm",
+    "lower Hertzian length, mm",
+    "log strain fallen below by 0.1 mm²",
+    "log strain exceeded by 0.1 mm²",
+    "von Mises exceeded by 0.1 mm², kPa",
 )
+
+AREA_MM2 = 0.1
+
+
+class Extended:
+    """Histories of the measures that do not depend on points."""
+
+    def __init__(self) -> None:
+        self.rows: list[dict[str, float]] = []
+
+    def begin(self, model: Model) -> None:
+        """Remember the dermis and the size of its elements."""
+        self._dermis = np.array([name.endswith("dermis") for name in model.region_names])[
+            model.region
+        ]
+        a, b, c = (model.nodes[model.triangles[:, k]] for k in range(3))
+        across, along = b - a, c - a
+        self._area = 0.5 * np.abs(across[:, 0] * along[:, 1] - across[:, 1] * along[:, 0])
+
+    def add(self, increment: Increment) -> None:
+        """Add the line of an increment."""
+        row = increment.row()
+        for lip, field in increment.contact.items():
+            pressure = field.pressure_mpa
+            weights = np.gradient(field.arc_mm)
+            force, square = weights @ pressure, weights @ pressure**2
+            row[f"{lip}_hertzian_mm"] = (
+                32 / (3 * np.pi**2) * force**2 / square if square > 0 else 0.0
+            )
+        element = increment.element
+        row["strain_min"] = -self._exceeded(-element["log_strain_min"])
+        row["strain_max"] = self._exceeded(element["log_strain_max"])
+        row["mises_kpa"] = 1e3 * self._exceeded(element["von_mises_mpa"])
+        self.rows.append(row)
+
+    def _exceeded(self, values: NDArray[np.float64]) -> float:
+        """Return the value that ``AREA_MM2`` of the dermis exceeds."""
+        chosen, area = values[self._dermis], self._area[self._dermis]
+        order = np.argsort(-chosen)
+        above = np.cumsum(area[order]) - 0.5 * area[order]
+        return float(np.interp(AREA_MM2, above, chosen[order]))
 
 
 def outputs(rows: list[dict[str, float]]) -> list[float]:
@@ -59,6 +113,10 @@ def outputs(rows: list[dict[str, float]]) -> list[float]:
         top("dermis_min_log_strain"),
         top("dermis_max_log_strain"),
         top("dermis_max_mises_kpa"),
+        *(touching(f"{lip}_hertzian_mm") for lip in LIPS),
+        top("strain_min"),
+        top("strain_max"),
+        top("mises_kpa"),
     ]
 
 
@@ -67,21 +125,19 @@ def measured(
 ) -> list[float]:
     """Replay once, print a row and return its values."""
     scenario = read_scenario(name, [f"solver.resolution={resolution}"]).with_motion(motion)
-    rows: list[dict[str, float]] = []
+    told = Extended()
     started = time.process_time()
-    outcome = replay(
-        scenario, on_increment=lambda increment: rows.append(increment.row()), steps=steps
-    )
+    outcome = replay(scenario, on_model=told.begin, on_increment=told.add, steps=steps)
     seconds = time.process_time() - started
-    values = outputs(rows)
-    iterations = int(sum(row["newton_iterations"] for row in rows))
+    values = outputs(told.rows)
+    iterations = int(sum(row["newton_iterations"] for row in told.rows))
     size = outcome.about["elements"]
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     ended = "" if outcome.finished else f" ({outcome.sentence})"
     row = [
         f"{label}{ended}",
         f"{size:,}",
-        f"{len(rows)}, {iterations}",
+        f"{len(told.rows)}, {iterations}",
         *(f"{value:.4g}" for value in values),
         f"{seconds:.0f}",
         f"{memory:.0f}",
