@@ -36,6 +36,9 @@ NEAR_MM = 2.0
 AFTER_RELEASE_S = 0.2
 """How long the lips are followed after the neck has gone."""
 
+CRUSHED_MM = 0.1
+"""Penetration that no pressure a lip can carry explains: some 5 MPa."""
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -178,8 +181,20 @@ def replay(
     sentence += f"; {ready.placed.sentence()}"
     if ready.drawn is not None:
         sentence += f"; {ready.drawn.sentence()}"
+    about = diary.about()
     sentence += diary.unstable_in_words()
-    return Outcome(finished, sentence, diary.about() | ready.about())
+    sentence += crushed_in_words(about["largest_penetration_neck_mm"])
+    return Outcome(finished, sentence, about | ready.about())
+
+
+def crushed_in_words(deepest_mm: float) -> str:
+    """Return that a lip was caught between neck and teeth if it was, to be added to a sentence."""
+    if deepest_mm <= CRUSHED_MM:
+        return ""
+    return (
+        f"; the neck went {deepest_mm:.2f} mm into a lip, as if driven into the teeth: do not "
+        "trust what follows, and move the package with placement.shift_x_mm"
+    )
 
 
 class _Diary:

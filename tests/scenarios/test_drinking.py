@@ -1,0 +1,8 @@
+"""What a replay says in words."""
+
+from scenarios.drinking import crushed_in_words
+
+
+def test_a_lip_caught_between_neck_and_teeth_is_said_and_contact_as_usual_is_not():
+    assert crushed_in_words(0.0042) == ""
+    assert "0.63 mm into a lip" in crushed_in_words(0.634)
