@@ -20,20 +20,31 @@ def test_pressed_and_dragged_block():
     assert dragged[0] > 0.2 * abs(dragged[1])
 
 
+@pytest.fixture(scope="module")
+def snapped():
+    """Both ways of pulling the lip, rejected trials counted too."""
+    cases = [Case("B", 0.6, backwards=backwards) for backwards in (False, True)]
+    return [(case, *run(case)) for case in cases]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("backwards", [False, True])
-def test_lip_that_snaps_back(backwards):
-    case = Case("B", 0.6, backwards=backwards)
-    result, commits = run(case)
-    assert result.status is MarchStatus.FINISHED
-    assert result.iterations <= 7.6 * result.increments
-    system, _ = model(case)
-    top = np.argmax(system.body.nodes[:, 1])
-    way = np.array([abs(c.state.displacement[top, 0]) for c in commits])
-    # It was carried along, let go within a tenth of a second, and came to rest where it began.
-    assert way.max() > 1.0
-    time = np.array([c.state.time_s for c in commits])
-    assert np.linalg.norm(commits[-1].state.displacement, axis=1).max() < 0.05
-    assert np.all(force_on_tissue(commits[-1]) == 0)
-    left = time[np.flatnonzero(way > 0.5)[-1]]
-    assert way[np.searchsorted(time, left + 0.2)] < 0.25
+def test_lip_that_snaps_back(snapped):
+    for case, result, commits in snapped:
+        assert result.status is MarchStatus.FINISHED
+        system, _ = model(case)
+        top = np.argmax(system.body.nodes[:, 1])
+        way = np.array([abs(c.state.displacement[top, 0]) for c in commits])
+        # It was carried along, let go within a fifth of a second, and came to rest where it began.
+        assert way.max() > 1.0
+        time = np.array([c.state.time_s for c in commits])
+        assert np.linalg.norm(commits[-1].state.displacement, axis=1).max() < 0.05
+        assert np.all(force_on_tissue(commits[-1]) == 0)
+        left = time[np.flatnonzero(way > 0.5)[-1]]
+        assert way[np.searchsorted(time, left + 0.2)] < 0.25
+
+
+@pytest.mark.slow
+def test_newton_iterations_an_increment_are_no_more_than_febios(snapped):
+    """FEBio needs 7.6 on its test of two blocks with friction 0.99."""
+    iterations = sum(result.iterations for _, result, _ in snapped)
+    assert iterations <= 7.6 * sum(result.increments for _, result, _ in snapped)
