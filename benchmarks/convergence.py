@@ -8,11 +8,8 @@ steps of half the length and half the travel. A row has the largest value of eac
 sip, but the mean length of contact over the time in which a lip touches: its largest value is that
 of an instant at which a second place just touches.
 
-Some outputs are pointwise or nearly so, and need not converge where a thread's edge presses: the
-extremes of the dermis, and the length of contact, to which a place that barely touches adds its
-whole length. Beside them stand measures that do not depend on points: the value that 0.1 mm² of the
-dermis exceeds, and the *Hertzian length*: that of undeformed skin on which a pressure like the root
-of a parabola has the same force and the same ∫p² ds, (32/3π²) (∫p ds)²/∫p² ds.
+The extremes of the dermis are pointwise and need not converge where a thread's edge presses. Beside
+them stands what does not depend on points: the values that 0.1 mm² of the dermis exceed.
 
 Below the rows, the change from the second finest mesh to the finest, and from whole to halved
 steps, in percent. Time is processor time; memory is the largest that the process ever held.
@@ -45,8 +42,6 @@ COLUMNS = (
     "least log strain",
     "largest log strain",
     "von Mises, kPa",
-    "upper Hertzian length, mm",
-    "lower Hertzian length, mm",
     "log strain fallen below by 0.1 mm²",
     "log strain exceeded by 0.1 mm²",
     "von Mises exceeded by 0.1 mm², kPa",
@@ -73,13 +68,6 @@ class Extended:
     def add(self, increment: Increment) -> None:
         """Add the line of an increment."""
         row = increment.row()
-        for lip, field in increment.contact.items():
-            pressure = field.pressure_mpa
-            weights = np.gradient(field.arc_mm)
-            force, square = weights @ pressure, weights @ pressure**2
-            row[f"{lip}_hertzian_mm"] = (
-                32 / (3 * np.pi**2) * force**2 / square if square > 0 else 0.0
-            )
         element = increment.element
         row["strain_min"] = -self._exceeded(-element["log_strain_min"])
         row["strain_max"] = self._exceeded(element["log_strain_max"])
@@ -113,7 +101,6 @@ def outputs(rows: list[dict[str, float]]) -> list[float]:
         top("dermis_min_log_strain"),
         top("dermis_max_log_strain"),
         top("dermis_max_mises_kpa"),
-        *(touching(f"{lip}_hertzian_mm") for lip in LIPS),
         top("strain_min"),
         top("strain_max"),
         top("mises_kpa"),
