@@ -188,9 +188,10 @@ def test_what_cannot_be_explained_within_the_bounds_is_said():
         solved("A38-F", FirstContact(), seen, shift_y_mm="auto")
 
 
-def test_the_library_scenario_that_looks_for_shifts_finds_none():
+def test_the_library_scenario_that_states_its_first_contacts_needs_no_shift():
     scenario, neck, head, seen = parts("A38-AE")
-    written = read_scenario("A38-AE")
+    wanted = [name for name in UNKNOWNS if name != "turn_deg"]
+    written = read_scenario("A38-AE", [f'placement.{name}="auto"' for name in wanted])
     scenario = replace(scenario, placement=written.placement, first_contact=written.first_contact)
     placed = place(scenario, neck, head, seen)
     assert set(placed.found) == set(UNKNOWNS) - {"turn_deg"}
