@@ -189,13 +189,14 @@ def _next_iterate(
     there = balance_at(whole)
     if _norm(there) < (0.5 if work < 0 else 0.9) * _norm(balance):
         return whole, there
-    if work >= 0:
+    uphill = work >= 0
+    if uphill:
         solver.factorise(balance.matrix(True))
         step = -solver.solve(balance.residual)
         work = float(step @ balance.residual)
-        there = balance_at(displacement + step.reshape(displacement.shape))
     if damped:
         step, work = 0.5 * step, 0.5 * work
+    if uphill or damped:
         there = balance_at(displacement + step.reshape(displacement.shape))
     return _along(balance_at, displacement, balance, step.reshape(displacement.shape), work, there)
 
