@@ -106,7 +106,9 @@ def pressed(
         start,
         solver=fastest_solver(),
         end_s=end_s,
-        steps=StepSettings(longest_s=step, travel_mm=1e9, easy_iterations=100),
+        steps=StepSettings(
+            longest_s=step, travel_mm=np.inf, accuracy_mm=np.inf, easy_iterations=100
+        ),
         newton=NewtonSettings(tolerance=1e-8),
         on_commit=kept.append,
     )
@@ -123,7 +125,8 @@ def run(system: System, own_steps: bool) -> tuple[list[Commit], float, float]:
         start = system.state_at_rest(0.0, MOTION.at(0.0), next_step_s=0.05)
         result = march(
             system, MOTION, start, solver=fastest_solver(),
-            steps=StepSettings(longest_s=0.06, travel_mm=0.2), on_commit=commits.append,
+            steps=StepSettings(longest_s=0.06, travel_mm=0.2, accuracy_mm=np.inf),
+            on_commit=commits.append,
         )  # fmt: skip
         if result.status is not MarchStatus.FINISHED:
             raise RuntimeError(f"stopped at {result.state.time_s:.3f} s: {result.status.value}")

@@ -165,7 +165,7 @@ def run(case: Case) -> tuple[MarchResult, list[Commit]]:
         motion,
         system.state_at_rest(0.0, motion.at(0.0), next_step_s=STEP_S),
         solver=fastest_solver(),
-        steps=StepSettings(longest_s=STEP_S, travel_mm=1e9),
+        steps=StepSettings(longest_s=STEP_S, travel_mm=np.inf, accuracy_mm=np.inf),
         on_commit=commits.append,
     )
     return result, commits

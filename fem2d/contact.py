@@ -20,7 +20,7 @@ from fem2d.friction import FrictionLaw, NormalLaw, pressure_of_gap, traction_of_
 from fem2d.gap import point_gap
 from fem2d.surface import Surface
 from geometry2d.compiled import compiled
-from geometry2d.outline import Outline
+from geometry2d.outline import Outline, project_point
 from geometry2d.rigid import RigidPlacement, rotated
 
 Array = NDArray[np.float64]
@@ -30,6 +30,10 @@ REACH_MM = 1.0
 """Points farther than this from the outline's box cannot touch it; they are not projected."""
 
 
+ENTRY_TRIALS = 3
+"""Trials of false position for where a point enters an outline; the first is exact for a line."""
+
+
 @dataclass(frozen=True)
 class ContactHistory:
     """What friction remembers of each Gauss point at a committed instant.
@@ -37,7 +41,8 @@ class ContactHistory:
     Attributes
     ----------
     body_position
-        (m, q, 2) the point's position in the rigid body's frame, mm.
+        (m, q, 2) where in the rigid body's frame slip is counted from, mm: the point's position at
+        the committed instant; in a step in which the body reaches the point, where it does.
     traction
         (m, q) tangential traction, MPa, positive along ``t = (−n_y, n_x)``.
     """
@@ -130,6 +135,27 @@ class RigidContact:
         position = placement.pull_back(self.surface.positions(displacement))
         return ContactHistory(position, np.zeros(position.shape[:2]))
 
+    def reached(
+        self, history: ContactHistory, displacement: Array, placement: RigidPlacement
+    ) -> ContactHistory:
+        """Return the history for a step that is expected to lead to ``displacement`` (n, 2), mm.
+
+        A point that meets the rigid body on its way starts to stick where it does. Were its slip
+        counted from the start of the step, the way travelled through air would count as slip: the
+        point would begin its contact at the limit of friction, however it is touched, and what the
+        lip remembers of that would depend on the length of the steps.
+        """
+        met = _where_met(
+            history.body_position.reshape(-1, 2),
+            placement.pull_back(self.surface.positions(displacement)).reshape(-1, 2),
+            self.outline.start,
+            self.outline.curvature,
+            self.outline.centre,
+            self.outline.breaks,
+            self._box,
+        )
+        return replace(history, body_position=met.reshape(history.body_position.shape))
+
     def response(
         self, displacement: Array, placement: RigidPlacement, before: ContactHistory
     ) -> ContactResponse:
@@ -214,6 +240,44 @@ class RigidContact:
         relative = here - np.einsum("mqcd,mqd->mqc", response.points.slope[edges], carried)
         change = rotated(relative, after.angle_rad - before.angle_rad) - here
         return self.surface.assembled_force(change, edges)[1]
+
+
+@compiled
+def _where_met(
+    before: Array,
+    after: Array,
+    start: Array,
+    curvature: Array,
+    centre: Array,
+    breaks: Array,
+    box: Array,
+) -> Array:
+    """Return where points (n, 2) that go straight from ``before`` to ``after`` enter the outline.
+
+    All in the body's frame. Points that do not enter are returned as they were before.
+    """
+    met = before.copy()
+    for i in range(before.shape[0]):
+        x, y = before[i, 0], before[i, 1]
+        end_x, end_y = after[i, 0], after[i, 1]
+        if end_x < box[0] or end_x > box[2] or end_y < box[1] or end_y > box[3]:
+            continue
+        end = project_point(end_x, end_y, start, curvature, centre, breaks)[0]
+        if end >= 0.0:
+            continue
+        beginning = project_point(x, y, start, curvature, centre, breaks)[0]
+        if beginning <= 0.0:
+            continue
+        outside, gap_outside, inside, gap_inside = 0.0, beginning, 1.0, end
+        for _ in range(ENTRY_TRIALS):
+            share = outside + (inside - outside) * gap_outside / (gap_outside - gap_inside)
+            met[i, 0], met[i, 1] = x + share * (end_x - x), y + share * (end_y - y)
+            gap = project_point(met[i, 0], met[i, 1], start, curvature, centre, breaks)[0]
+            if gap > 0.0:
+                outside, gap_outside = share, gap
+            else:
+                inside, gap_inside = share, gap
+    return met
 
 
 @compiled

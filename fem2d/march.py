@@ -7,6 +7,7 @@ tried again from the same committed state. A trial that succeeds is committed an
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
@@ -27,6 +28,11 @@ from geometry2d.rigid import RigidMotion, RigidPlacement
 Array = NDArray[np.float64]
 
 
+TINY_MM = 1e-12
+SHRINKING = 0.6
+"""A step whose forces balance is followed by one of at least this share of its length."""
+
+
 class MarchStatus(Enum):
     """How a march ended; the value says it in words."""
 
@@ -44,7 +50,11 @@ class StepSettings:
     longest_s, shortest_s
         Bounds of a step, s; below the shortest the march stops.
     travel_mm
-        Most that the rigid body moves in one step while it touches, mm.
+        Most that the rigid body moves in one step past a point of the tissue that is near, mm;
+        where the gap is wide, seven tenths of it.
+    accuracy_mm
+        Largest difference between where the tissue was foreseen to go and where it goes that is
+        aimed at, mm. Friction depends on the path, and this tells how bent it is.
     easy_iterations, hard_iterations
         A step that needs no more (less) iterations than this is followed by a longer (shorter) one.
     plunge_mm
@@ -57,7 +67,10 @@ class StepSettings:
 
     longest_s: float = field(default=0.04, metadata={"unit": "s", "help": "longest step"})
     shortest_s: float = field(default=1e-7, metadata={"unit": "s", "help": "shortest step"})
-    travel_mm: float = field(default=0.15, metadata={"unit": "mm", "help": "motion per step"})
+    travel_mm: float = field(default=0.3, metadata={"unit": "mm", "help": "motion per step"})
+    accuracy_mm: float = field(
+        default=0.005, metadata={"unit": "mm", "help": "aim for errors of foresight"}
+    )
     easy_iterations: int = field(default=7, metadata={"help": "iterations of an easy step"})
     hard_iterations: int = field(default=14, metadata={"help": "iterations of a hard step"})
     plunge_mm: float = field(
@@ -150,6 +163,7 @@ def march(
     last_s = float(motion.time_s[-1]) if end_s is None else end_s
     state = start
     of_body: Response | None = None
+    touching = system.contact_responses(state.displacement, state.placement, state)
     increments = iterations = cutbacks = 0
     unstable: tuple[Passage, ...] = ()
 
@@ -161,11 +175,13 @@ def march(
         proposed = min(state.next_step_s, steps.longest_s)
         while True:
             duration = min(
-                proposed, last_s - state.time_s, _travel_limit(system, motion, state, steps)
+                proposed,
+                last_s - state.time_s,
+                _travel_limit(system, motion, state, touching, steps),
             )
             trial, balance = attempt(system, motion, state, duration, solver, newton, of_body)
             iterations += trial.iterations
-            if trial.converged and not _plunged(system, state, balance, steps):
+            if trial.converged and not _plunged(touching, balance, steps):
                 break
             rejected += 1
             proposed = 0.5 * duration
@@ -173,7 +189,7 @@ def march(
                 cutbacks += rejected
                 return ended(MarchStatus.STEP_TOO_SMALL)
         cutbacks += rejected
-        next_step = duration * _growth(trial.iterations, rejected, steps)
+        next_step = duration * _growth(trial, rejected, steps)
         commit = committed(
             system,
             state,
@@ -186,7 +202,7 @@ def march(
             steps.watch_stability,
         )
         unstable = passages_with(unstable, state.time_s, commit.state.time_s, commit.instability)
-        state, of_body = commit.state, balance.of_body
+        state, of_body, touching = commit.state, balance.of_body, balance.touching
         increments += 1
         try:
             on_commit(commit)
@@ -211,8 +227,9 @@ def attempt(
     placement = motion.at(state.time_s + duration_s)
 
     def solved(start: Array) -> tuple[NewtonResult, SystemBalance]:
+        before = system.reached(state, start, placement)
         return solve(
-            lambda u: system.balance(u, placement, state, duration_s),
+            lambda u: system.balance(u, placement, before, duration_s),
             start,
             solver=solver,
             settings=newton,
@@ -291,29 +308,30 @@ def _predicted(
     return state.displacement - step
 
 
-def _travel_limit(system: System, motion: RigidMotion, state: State, steps: StepSettings) -> float:
+def _travel_limit(
+    system: System,
+    motion: RigidMotion,
+    state: State,
+    touching: tuple[ContactResponse, ...],
+    steps: StepSettings,
+) -> float:
     """Return the duration in which the moving body travels as far as a step allows."""
-    moving = [c for c in system.contacts if c.moving]
-    if not moving:
-        return np.inf
-    touching = system.contact_responses(state.displacement, state.placement, state)
-    gap = min(float(np.min(t.points.gap)) for t, c in zip(touching, system.contacts, strict=True)
-              if c.moving)  # fmt: skip
-    allowed = max(steps.travel_mm, 0.7 * gap)
-    corners = np.concatenate([c.outline.start for c in moving])
     ahead = motion.at(state.time_s + steps.longest_s)
-    distance = np.linalg.norm(ahead.apply(corners) - state.placement.apply(corners), axis=1)
-    farthest = float(np.max(distance))
-    return np.inf if farthest == 0 else steps.longest_s * allowed / farthest
+    share = np.inf
+    for pair, touch in zip(system.contacts, touching, strict=True):
+        if pair.moving:
+            point = touch.history.body_position
+            travel = np.linalg.norm(ahead.apply(point) - state.placement.apply(point), axis=-1)
+            allowed = np.maximum(steps.travel_mm, 0.7 * touch.points.gap)
+            share = min(share, float(np.min(allowed / np.maximum(travel, TINY_MM))))
+    return steps.longest_s * share
 
 
-def _plunged(system: System, before: State, balance: SystemBalance, steps: StepSettings) -> bool:
+def _plunged(
+    before: tuple[ContactResponse, ...], balance: SystemBalance, steps: StepSettings
+) -> bool:
     """Whether tissue has gone into a rigid body farther than pressure can push it in one step."""
-    deepest = _deepest(balance.touching)
-    if deepest <= steps.plunge_mm:
-        return False
-    earlier = system.contact_responses(before.displacement, before.placement, before)
-    return deepest - _deepest(earlier) > steps.plunge_mm
+    return _deepest(balance.touching) > max(0.0, _deepest(before)) + steps.plunge_mm
 
 
 def _deepest(touching: tuple[ContactResponse, ...]) -> float:
@@ -321,7 +339,11 @@ def _deepest(touching: tuple[ContactResponse, ...]) -> float:
     return max((-float(np.min(touch.points.gap)) for touch in touching), default=0.0)
 
 
-def _growth(iterations: int, rejected: int, steps: StepSettings) -> float:
-    if rejected > 0 or iterations >= steps.hard_iterations:
-        return 0.8
-    return 1.5 if iterations <= steps.easy_iterations else 1.0
+def _growth(trial: NewtonResult, rejected: int, steps: StepSettings) -> float:
+    """Return how much longer the next step is to be."""
+    accurate = math.sqrt(steps.accuracy_mm / max(trial.correction_mm, TINY_MM))
+    if rejected > 0 or trial.iterations >= steps.hard_iterations:
+        return max(SHRINKING, min(0.8, accurate))
+    if trial.iterations > steps.easy_iterations:
+        return max(SHRINKING, min(1.0, accurate))
+    return max(SHRINKING, min(1.5, accurate))

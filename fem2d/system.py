@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,7 +12,7 @@ from fem2d.body import Body, Response
 from fem2d.contact import ContactResponse, RigidContact
 from fem2d.inertia import Inertia
 from fem2d.load import DeadLoad
-from fem2d.newton import Balance
+from fem2d.newton import Balance, work_of
 from fem2d.state import State
 from fem2d.tie import ElasticTie
 from fem2d.tissue_contact import TissueContact, TissueResponse
@@ -108,6 +108,17 @@ class System:
         )
         folds = tuple(fold.initial_history(zero, AT_REST) for fold in self.folds)
         return State(time_s, placement, zero, zero, zero, histories, next_step_s, folds)
+
+    def reached(self, before: State, displacement: Array, placement: RigidPlacement) -> State:
+        """Return the state to start a step from that is expected to lead to ``displacement``.
+
+        Its histories know where tissue that touches nothing yet meets a rigid body on its way.
+        """
+        histories = tuple(
+            pair.reached(history, displacement, placement if pair.moving else AT_REST)
+            for pair, history in zip(self.contacts, before.histories, strict=True)
+        )
+        return replace(before, histories=histories)
 
     def contact_responses(
         self, displacement: Array, placement: RigidPlacement, before: State
@@ -238,9 +249,9 @@ class System:
         pull, of_anchors = self._pull_of_ties(state.placement)
         return Energies(
             strain=balance.of_body.energy,
-            tie=0.5 * float(u @ (self.tie_stiffness @ u)) - float(u @ pull) + of_anchors,
+            tie=work_of(0.5 * (self.tie_stiffness @ u) - pull, u) + of_anchors,
             penalty=sum(t.energy for t in balance.touching) + sum(t.energy for t in balance.folded),
-            kinetic=0.5 * float(v @ (self.mass @ v)),
+            kinetic=0.5 * work_of(self.mass @ v, v),
             load=sum(load.energy(state.displacement, state.time_s) for load in self.loads),
         )
 

@@ -197,7 +197,9 @@ def followed(
         start,
         solver=solver or fastest_solver(),
         end_s=last,
-        steps=StepSettings(longest_s=step, travel_mm=1e9, easy_iterations=newton.iterations),
+        steps=StepSettings(
+            longest_s=step, travel_mm=np.inf, accuracy_mm=np.inf, easy_iterations=newton.iterations
+        ),
         newton=newton,
         on_commit=commits.append,
     )

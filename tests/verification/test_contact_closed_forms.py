@@ -249,6 +249,24 @@ def test_block_under_its_weight_on_a_slope_of_45_degrees(friction, slides):
         assert np.ptp(travel[loaded]) < 1e-4
 
 
+@pytest.mark.parametrize("increments", [1, 2, 7, 40])
+def test_a_layer_reached_obliquely_sticks_where_it_was_reached(increments):
+    # The plane comes down and sideways by 0.02 mm and meets the layer half way: what it travels
+    # through air is no slip, so the layer's middle follows it by 0.01 mm, in one step as in many.
+    body = block(np.linspace(0, 20, 41), np.linspace(-1, 0, 3), linear_elastic(1.0, 0.3))
+    top = Surface(body.edges("top"), body.nodes, points_per_edge=2)
+    ceiling = Outline.from_corners([[-50, 0.01], [70, 0.01], [70, 50], [-50, 50]], 0)
+    pair = RigidContact("ceiling", top, ceiling, STIFF, FrictionLaw(1.0, 200.0))
+    system = supported(body, [pair])
+    last = followed(system, path([0, 1], [[0, 0], [0.02, -0.02]]), increments=increments)[-1]
+    points = last.contacts[0].points
+    middle = np.abs(top.positions(np.zeros_like(body.nodes))[..., 0] - 10) < 5
+    assert np.all(points.pressure[middle] > 0) and not np.any(points.slipping[middle])
+    followed_by = last.state.displacement[body.boundary_nodes("top")]
+    x = body.nodes[body.boundary_nodes("top"), 0]
+    np.testing.assert_allclose(followed_by[np.abs(x - 10) < 5, 0], 0.01, rtol=5e-3)
+
+
 def test_energy_lost_by_a_layer_that_sticks_and_slips():
     # A thin layer sheared over ±U by a plane that presses p: loss per cycle 4 μp (U − μph/G).
     height, length, shear, pressure, friction = 1.0, 60.0, 0.4, 0.02, 0.5
