@@ -179,8 +179,24 @@ def _stable(
     return True
 
 
-def _moduli(material: Material, plane: Plane, stretch: float) -> Array | None:
-    """Return A₁₁₁₁, A₁₁₂₂, A₂₂₂₂, A₁₂₁₂, A₁₂₂₁, A₂₁₂₁ of a layer free to grow upwards."""
+def free_height(material: Material, plane: Plane, stretch: float) -> tuple[float, Array] | None:
+    """Return how a piece stretched along a free surface grows upwards, and its tangent there.
+
+    Parameters
+    ----------
+    material
+        Of the piece.
+    plane
+        Plane stress or plane strain.
+    stretch
+        Along the surface.
+
+    Returns
+    -------
+    tuple or None
+        Stretch across the surface at which nothing acts on it, and ∂P/∂F (5, 5) of the section's
+        entries (F₁₁, F₁₂, F₂₁, F₂₂, F₃₃); None if there is no such stretch.
+    """
     row = material.packed()
     x = np.array([stretch, 0.0, 0.0, 1.0, 1.0])
     P, A = np.zeros(5), np.zeros((5, 5))
@@ -200,6 +216,15 @@ def _moduli(material: Material, plane: Plane, stretch: float) -> Array | None:
         if width > 1.0:
             return None
     traction(float(brentq(traction, guess - width, guess + width, xtol=1e-14)))
+    return float(x[3]), A
+
+
+def _moduli(material: Material, plane: Plane, stretch: float) -> Array | None:
+    """Return A₁₁₁₁, A₁₁₂₂, A₂₂₂₂, A₁₂₁₂, A₁₂₂₁, A₂₁₂₁ of a layer free to grow upwards."""
+    found = free_height(material, plane, stretch)
+    if found is None:
+        return None
+    A = found[1]
     mixed = np.abs(A[np.ix_([0, 3], [1, 2])]).max()
     if mixed > SYMMETRY * np.abs(A[:4, :4]).max():
         raise StabilityError(

@@ -1,0 +1,277 @@
+"""When skins crease: half-spaces by energy, and compressed blocks until a valley touches itself.
+
+    python benchmarks/creasing.py [L1 L2-GOH L2-Ogden L3] [--sectors 8 16] [--sizes 0.6 0.3]
+
+*Half-spaces.* A crease is local, so the outermost layer decides, under the compression along its
+surface. `fem2d.creasing` finds the compression at which a fold of any size costs as much energy as
+staying flat; beside it stands Biot's, at which the flat surface becomes unstable
+(`fem2d.stability`). Two meshes. The first rows check the method: in a neo-Hookean half-space in
+plane strain, incompressible, a crease is favourable from 35 % on (Hong, Zhao and Suo 2009).
+
+*Blocks.* A block of the skin, 12 mm deep and two wavelengths of its linear stability long (24 mm
+for L1, whose waves have no length), is compressed between rollers by half in 300 s, with tissue's
+density, a relaxation time of 0.02 s (not felt at that rate), and contact of its free surface with
+itself and, at both ends, with its mirror image. Nothing disturbs it but rollers that give a little
+and rounding. Columns, all nominal compressions: the first state whose tangent is not positive
+definite; the first at which a valley's bottom is compressed along the surface as far as creases a
+half-space of the outermost layer; the first at which parts of the surface touch that lay more than
+1.2 mm apart along it; the valley's own compression then, and the largest it ever had; the smallest
+volume over undeformed volume; and where and how the run ended.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Sequence
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+
+from fem2d.body import Body
+from fem2d.contact import RigidContact
+from fem2d.creasing import CreasingError, creasing
+from fem2d.friction import FrictionLaw, NormalLaw
+from fem2d.inertia import Inertia
+from fem2d.kinematics import Plane
+from fem2d.linear import fastest_solver
+from fem2d.march import Commit, StepSettings, march
+from fem2d.materials.library import configuration
+from fem2d.materials.material import Material
+from fem2d.materials.neo_hookean import NeoHookean
+from fem2d.stability import Layer, StabilityError, wrinkling
+from fem2d.surface import Surface
+from fem2d.system import System
+from fem2d.tie import ElasticTie
+from fem2d.tissue_contact import TissueContact, TissueResponse
+from geometry2d.outline import Outline
+from geometry2d.rigid import RigidMotion
+
+DEPTH_MM = 12.0
+THICKNESS_MM = {"dermis": 1.195, "hypodermis": 2.87}
+"""Of the layers above the last, which fills the depth."""
+SHORTENING, DURATION_S = 0.5, 300.0
+LENGTH_WITHOUT_WAVES_MM = 24.0
+APART_MM = 1.2
+"""Parts of the surface nearer than this along it do not count as touching: one sharp valley."""
+ROLLER_MPA_PER_MM = 50.0
+PLANES = (Plane.STRESS, Plane.STRAIN)
+
+
+def layers_of(skin: str) -> dict[str, Layer]:
+    """Return the layers of a skin, outermost first."""
+    laws = configuration(skin)
+    thickness = [THICKNESS_MM[name] for name in list(laws)[:-1]]
+    thickness.append(DEPTH_MM - sum(thickness))
+    return {
+        name: Layer(law, depth) for (name, law), depth in zip(laws.items(), thickness, strict=True)
+    }
+
+
+def half_space(name: str, material: Material, plane: Plane, sectors: int) -> float:
+    """Print the row of a half-space and return its creasing strain, nan if it was not found."""
+    started = time.process_time()
+    try:
+        biot = f"{wrinkling([Layer(material, 12.0)], plane=plane, wavelengths_mm=[1.0]).strain:.1%}"
+    except StabilityError:
+        biot = "none"
+    row, strain = [name, plane.name.lower(), biot, str(sectors)], math.nan
+    try:
+        found = creasing(material, plane=plane, sectors=sectors)
+    except CreasingError as error:
+        row += [str(error), "", "", "", ""]
+    else:
+        strain = found.strain
+        row += [
+            f"{found.strain:.2%}",
+            f"{found.folded:.2f}",
+            f"{found.flat_volume_ratio:.2f}, {found.least_volume_ratio:.3f}",
+            f"{found.least_log_strain:.2f} … {found.largest_log_strain:.2f}",
+            f"{found.force:.4f}",
+        ]
+    print(f"| {' | '.join([*row, f'{time.process_time() - started:.0f}'])} |", flush=True)
+    return strain
+
+
+def block(layers: dict[str, Layer], plane: Plane, length: float, size: float) -> Body:
+    """Return a block of elements of about ``size``, twice as high below the outermost layer."""
+    levels, top = [np.array([DEPTH_MM])], DEPTH_MM
+    for number, layer in enumerate(layers.values()):
+        high = size if number == 0 else 2 * size
+        count = max(2, round(layer.thickness_mm / high))
+        levels.append(np.linspace(top, top - layer.thickness_mm, count + 1)[1:])
+        top -= layer.thickness_mm
+    y = np.concatenate(levels)[::-1]
+    y[0] = 0.0
+    squares = skfem.MeshQuad.init_tensor(np.linspace(0, length, round(length / size) + 1), y)
+    # Four triangles a square: the mesh is its own mirror image, as the wave should be.
+    mesh = squares.to_meshtri(style="x")
+    mesh = mesh.with_boundaries(
+        {
+            "top": lambda x: np.isclose(x[1], DEPTH_MM),
+            "bottom": lambda x: np.isclose(x[1], 0),
+            "left": lambda x: np.isclose(x[0], 0),
+            "right": lambda x: np.isclose(x[0], length),
+        }
+    )
+    middle = mesh.p[1, mesh.t].mean(axis=0)
+    below = DEPTH_MM - np.cumsum([layer.thickness_mm for layer in layers.values()])
+    layer_of = np.searchsorted(-below, -middle)
+    mesh = mesh.with_subdomains(
+        {name: np.flatnonzero(layer_of == number) for number, name in enumerate(layers)}
+    )
+    return Body.of(mesh, {name: layer.material for name, layer in layers.items()}, plane=plane)
+
+
+def squeezed(body: Body, motion: RigidMotion, length: float) -> System:
+    """Return the block between rollers; walls at both ends stand for mirror images."""
+    surface = {
+        name: Surface(body.edges(name), body.nodes) for name in ("top", "bottom", "left", "right")
+    }
+    normal, smooth = NormalLaw(), FrictionLaw(0.0)
+    rollers = (
+        ElasticTie("below", surface["bottom"], ROLLER_MPA_PER_MM, 0.0, only_along=(0.0, 1.0)),
+        ElasticTie("left", surface["left"], ROLLER_MPA_PER_MM, 0.0, only_along=(1.0, 0.0)),
+        ElasticTie(
+            "right", surface["right"], ROLLER_MPA_PER_MM, 0.0, motion.at(0.0), only_along=(1.0, 0.0)
+        ),
+    )
+    left = Outline.from_corners([[-5, -20], [0, -20], [0, 60], [-5, 60]], 0.0)
+    walls = (
+        RigidContact("left", surface["top"], left, normal, smooth, moving=False),
+        RigidContact("right", surface["top"], left.moved(0, (length + 5, 0)), normal, smooth),
+    )
+    fold = TissueContact(
+        "fold",
+        (surface["top"],),
+        normal,
+        smooth,
+        reach_mm=0.5,
+        itself=True,
+        neighbourhood_mm=APART_MM,
+    )
+    return System(body, walls, rollers, Inertia(1e-9, 0.0, 0.02), (fold,))
+
+
+class Seen:
+    """What happened first at which nominal compression; nan if it did not."""
+
+    def __init__(self, system: System, length: float, creases_at: float) -> None:
+        self._surface = system.folds[0].surfaces[0]
+        still = self._surface.positions(np.zeros_like(system.body.nodes))[..., 0]
+        self._beside_plane = np.minimum(still, length - still) < APART_MM / 2
+        self._length, self._creases_at = length, creases_at
+        self.unstable = self.valley_creases = self.touching = self.valley_then = self.opened = (
+            math.nan
+        )
+        self.valley_most, self.least_volume_ratio = 0.0, 1.0
+        self._body = system.body
+
+    def watch(self, commit: Commit) -> None:
+        """Look at a committed increment."""
+        strain = -commit.state.placement.shift_mm[0] / self._length
+        valley = 1 - float(self._surface.stretch(commit.state.displacement).min())
+        self.valley_most = max(self.valley_most, valley)
+        gradient = self._body.fields(commit.state.displacement).deformation_gradient
+        self.least_volume_ratio = min(self.least_volume_ratio, float(np.linalg.det(gradient).min()))
+        if math.isnan(self.unstable) and commit.instability is not None:
+            self.unstable = strain
+        if math.isnan(self.valley_creases) and valley >= self._creases_at:
+            self.valley_creases = strain
+        touching = any(
+            np.any((wall.points.pressure > 0) & ~self._beside_plane) for wall in commit.contacts
+        ) or bool(np.any(_apart(commit.folds[0]) > APART_MM))
+        if math.isnan(self.touching) and touching:
+            self.touching, self.valley_then = strain, valley
+
+
+def _apart(fold: TissueResponse) -> NDArray[np.float64]:
+    """Return how far apart (j,) along the undeformed surface touching parts lay, mm."""
+    pair, points, touching = fold.pair, fold.points, fold.touching
+    here = pair.arc_length(fold.before.edge[touching], fold.before.local[touching])
+    there = pair.arc_length(points.met_edge[touching], points.met_local[touching])
+    return np.abs(there - here)
+
+
+def compressed(skin: str, plane: Plane, size: float, creases_at: float) -> None:
+    """Compress a block of a skin and print its row."""
+    layers = layers_of(skin)
+    first = wrinkling(list(layers.values()), plane=plane)
+    length = 2 * first.wavelength_mm if len(layers) > 1 else LENGTH_WITHOUT_WAVES_MM
+    body = block(layers, plane, length, size)
+    times = np.linspace(0, DURATION_S, 61)
+    shift = np.column_stack([-SHORTENING * length * times / DURATION_S, 0 * times])
+    motion = RigidMotion(times, 0 * times, shift)
+    system = squeezed(body, motion, length)
+    seen = Seen(system, length, creases_at)
+    started = time.process_time()
+    step = 0.005 * DURATION_S
+    result = march(
+        system,
+        motion,
+        system.state_at_rest(0.0, motion.at(0.0), next_step_s=0.5 * step),
+        solver=fastest_solver(),
+        steps=StepSettings(longest_s=step, travel_mm=0.2, watch_stability=True),
+        on_commit=seen.watch,
+    )
+    end = -result.state.placement.shift_mm[0] / length
+    row = [
+        skin, plane.name.lower(), f"{first.strain:.1%}", f"{length:.1f}", f"{size:g}",
+        *(
+            "–" if math.isnan(strain) else f"{strain:.1%}"
+            for strain in (seen.unstable, seen.valley_creases, seen.touching, seen.valley_then)
+        ),
+        f"{seen.valley_most:.1%}", f"{seen.least_volume_ratio:.2f}",
+        f"{end:.1%}: {result.status.value}", f"{result.increments}, {result.iterations}",
+        f"{time.process_time() - started:.0f}",
+    ]  # fmt: skip
+    print(f"| {' | '.join(row)} |", flush=True)
+
+
+def headed(columns: Sequence[str]) -> None:
+    """Print the head of a table."""
+    print(f"\n| {' | '.join(columns)} |\n|{'---|' * len(columns)}", flush=True)
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("skins", nargs="*", default=["L1", "L2-GOH", "L2-Ogden", "L3"])
+    parser.add_argument("--sectors", type=int, nargs="*", default=[8, 16])
+    parser.add_argument("--sizes", type=float, nargs="*", default=[0.6, 0.3])
+    options = parser.parse_args()
+    headed(
+        [
+            "half-space", "plane", "Biot", "sectors", "creases at", "folded, depths",
+            "J flat, least", "log strain", "force", "s",
+        ]
+    )  # fmt: skip
+    for poisson in (0.49, 0.499):
+        for sectors in options.sectors:
+            law = NeoHookean.from_poisson(0.005, poisson)
+            half_space(f"neo-Hookean, ν = {poisson}", law, Plane.STRAIN, sectors)
+    outermost: dict[tuple[str, Plane], float] = {}
+    for skin in options.skins:
+        name, layer = next(iter(layers_of(skin).items()))
+        for plane in PLANES:
+            for sectors in options.sectors:
+                strain = half_space(f"{skin}/{name}", layer.material, plane, sectors)
+                outermost[skin, plane] = strain
+    headed(
+        [
+            "block", "plane", "linear stability", "length, mm", "element, mm", "unstable at",
+            "valley creases at", "touches at", "valley then", "at most", "least J",
+            "ended",
+            "increments, iterations", "s",
+        ]
+    )  # fmt: skip
+    for skin in options.skins:
+        for plane in PLANES:
+            for size in options.sizes:
+                compressed(skin, plane, size, outermost[skin, plane])
+
+
+if __name__ == "__main__":
+    main()
