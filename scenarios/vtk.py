@@ -60,10 +60,9 @@ def export_vtk(run: Path, out: Path, *, progress: Progress = lambda share, text:
 
 def lips_vtu(model: Model, frame: Frame) -> str:
     """Return the lips at one instant: undeformed nodes, displacements, element fields."""
-    triangles = np.asarray(model.triangles)
     return _unstructured(
         model.nodes,
-        list(triangles),
+        list(_counter_clockwise(model)),
         QUADRATIC_TRIANGLE,
         {"displacement_mm": _in_space(frame.displacement)},
         {
@@ -85,6 +84,19 @@ def rigid_vtu(model: Model, neck: RigidPlacement) -> str:
     return _unstructured(
         points, cells, POLYLINE, {}, {"outline": np.arange(len(cells), dtype=np.int32)}
     )
+
+
+def _counter_clockwise(model: Model) -> NDArray[np.int64]:
+    """Return the triangles (e, 6) with their corners counter-clockwise, as the format wants them.
+
+    The mesh numbers corners by the size of their node numbers, whichever way round that is.
+    """
+    triangles = np.array(model.triangles)
+    first, second, third = (model.nodes[triangles[:, corner]] for corner in range(3))
+    a, b = second - first, third - first
+    clockwise = a[:, 0] * b[:, 1] < a[:, 1] * b[:, 0]
+    triangles[clockwise] = triangles[clockwise][:, [0, 2, 1, 5, 4, 3]]
+    return triangles
 
 
 def _unstructured(

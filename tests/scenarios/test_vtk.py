@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,7 +12,7 @@ import pytest
 
 from scenarios.cli import main
 from scenarios.solution import Solution
-from scenarios.vtk import QUADRATIC_TRIANGLE
+from scenarios.vtk import QUADRATIC_TRIANGLE, lips_vtu
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +51,7 @@ def test_lips_are_read_back(exported: Path, run_directory: Path) -> None:
     np.testing.assert_array_equal(found["displacement_mm"][:, :2], frame.displacement)
     assert np.abs(frame.displacement).max() > 1.0
     np.testing.assert_array_equal(
-        found["connectivity"].reshape(-1, 6), np.asarray(solution.model.triangles)
+        np.sort(found["connectivity"].reshape(-1, 6)), np.sort(solution.model.triangles)
     )
     np.testing.assert_array_equal(found["von_mises_mpa"], frame.element["von_mises_mpa"])
     assert set(found["types"]) == {QUADRATIC_TRIANGLE}
@@ -61,6 +62,26 @@ def test_middle_nodes_lie_between_the_corners_that_the_format_says(exported: Pat
     corner = found["position_mm"][found["connectivity"].reshape(-1, 6)]
     for middle, (first, last) in ((3, (0, 1)), (4, (1, 2)), (5, (2, 0))):
         np.testing.assert_allclose(corner[:, middle], (corner[:, first] + corner[:, last]) / 2)
+
+
+def test_triangles_run_counter_clockwise(run_directory: Path, tmp_path: Path) -> None:
+    solution = Solution.load(run_directory)
+    other_way = np.array(solution.model.triangles)
+    other_way[::2] = other_way[::2][:, [0, 2, 1, 5, 4, 3]]
+    model = replace(solution.model, triangles=other_way)
+
+    def twice_the_area(triangles: np.ndarray) -> np.ndarray:
+        first, second, third = (model.nodes[triangles[:, corner]] for corner in range(3))
+        return np.linalg.det(np.stack([second - first, third - first], axis=1))
+
+    assert np.ptp(np.sign(twice_the_area(other_way))) == 2
+    file = tmp_path / "lips.vtu"
+    file.write_text(lips_vtu(model, solution.frame(5)))
+    triangles = arrays(file)["connectivity"].reshape(-1, 6)
+    assert np.all(twice_the_area(triangles) > 0)
+    nodes = model.nodes[triangles]
+    for middle, (first, last) in ((3, (0, 1)), (4, (1, 2)), (5, (2, 0))):
+        np.testing.assert_allclose(nodes[:, middle], (nodes[:, first] + nodes[:, last]) / 2)
 
 
 def test_the_neck_moves_and_teeth_stand_still(exported: Path, run_directory: Path) -> None:
