@@ -176,7 +176,9 @@ def _draw_panel(
     room = canvas.shape[1] - 24 * size
     lines = [in_one] if _text_width(in_one, 0.62 * size) <= room else said
     height = round((34 + 24 * (len(lines) - 1)) * size)
-    canvas[:height] = (0.35 * canvas[:height]).astype(np.uint8)
+    # A rendered recording says so in its own upper corner; the strip covers that, see below.
+    shining_through = 0.0 if markers.rendered else 0.35
+    canvas[:height] = (shining_through * canvas[:height]).astype(np.uint8)
     for number, line in enumerate(lines):
         _text(canvas, line, (12 * size, (23 + 24 * number) * size), 0.62 * size, WHITE)
     x = 12 * size

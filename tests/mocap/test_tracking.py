@@ -18,6 +18,7 @@ from mocap.link import TrackingError
 from mocap.markers import MarkerFileError, read_markers
 from mocap.motion import MotionError
 from mocap.noise import with_noise_in_time
+from mocap.overlay import draw_frame
 from mocap.scale import Picture
 from mocap.summary import depth_effect
 from mocap.synthetic import Truth, write_recording
@@ -245,6 +246,25 @@ def test_the_picture_of_the_motion_shows_its_uncertainty_as_a_band() -> None:
             assert corners[:, 1].min() == pytest.approx((middle - 2 * sigma).min())
         # The strip is there because the band is too narrow beside the motion.
         assert np.median(4 * sigma) > 0.2 * np.ptp(strip.get_ylim())
+
+
+def test_the_overlay_covers_what_a_rendered_recording_says_in_its_corner() -> None:
+    """The overlay says "rendered" itself; of a filmed recording, the corner shines through."""
+    tracks, measured, _ = tracked(SMALL)
+    markers = read_markers(drawn(SMALL)[1])
+    assert markers.rendered
+    plain = np.full((720, 1280, 3), 250, np.uint8)
+    written = plain.copy()
+    written[12:28, 1190:1260] = 60
+    same = {}
+    for rendered in (True, False):
+        said = replace(markers, rendered=rendered)
+        first, second = (
+            draw_frame(picture.copy(), tracks, 0, measured.motion, 0, said)
+            for picture in (plain, written)
+        )
+        same[rendered] = np.array_equal(first, second)
+    assert same == {True: True, False: False}
 
 
 def test_tracks_of_another_program_are_taken_over(tmp_path: Path) -> None:
