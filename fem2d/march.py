@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
@@ -110,7 +111,7 @@ class Commit:
     cutbacks: int
     duration_s: float
     energies: Energies
-    instability: Instability | None
+    instability: Instability | None = None
     folds: tuple[TissueResponse, ...] = ()
 
 
@@ -156,7 +157,8 @@ def march(
     end_s
         Where to stop, s; the motion's last sample by default.
     on_commit
-        Called with every committed increment, in order; raising ``KeyboardInterrupt`` stops.
+        Called with every committed increment, in order, on a second thread, while the next step is
+        solved on this one; raising ``KeyboardInterrupt`` stops.
     """
     steps = steps or StepSettings()
     newton = newton or NewtonSettings()
@@ -165,50 +167,89 @@ def march(
     of_body: Response | None = None
     touching = system.contact_responses(state.displacement, state.placement, state)
     increments = iterations = cutbacks = 0
-    unstable: tuple[Passage, ...] = ()
 
     def ended(status: MarchStatus) -> MarchResult:
-        return MarchResult(status, state, increments, iterations, cutbacks, unstable)
+        return MarchResult(status, state, increments, iterations, cutbacks, reports.unstable)
 
-    while state.time_s < last_s * (1 - 1e-12):
-        rejected = 0
-        proposed = min(state.next_step_s, steps.longest_s)
-        while True:
-            duration = min(
-                proposed,
-                last_s - state.time_s,
-                _travel_limit(system, motion, state, touching, steps),
+    with _Reports(system, steps.watch_stability, on_commit) as reports:
+        while state.time_s < last_s * (1 - 1e-12):
+            rejected = 0
+            proposed = min(state.next_step_s, steps.longest_s)
+            while True:
+                duration = min(
+                    proposed,
+                    last_s - state.time_s,
+                    _travel_limit(system, motion, state, touching, steps),
+                )
+                trial, balance = attempt(system, motion, state, duration, solver, newton, of_body)
+                iterations += trial.iterations
+                if trial.converged and not _plunged(touching, balance, steps):
+                    break
+                rejected += 1
+                proposed = 0.5 * duration
+                if proposed < steps.shortest_s:
+                    cutbacks += rejected
+                    reports.wait()
+                    return ended(MarchStatus.STEP_TOO_SMALL)
+            cutbacks += rejected
+            next_step = duration * _growth(trial, rejected, steps)
+            placement = motion.at(state.time_s + duration)
+            commit = committed(
+                system, state, duration, placement, trial, balance, rejected, next_step
             )
-            trial, balance = attempt(system, motion, state, duration, solver, newton, of_body)
-            iterations += trial.iterations
-            if trial.converged and not _plunged(touching, balance, steps):
-                break
-            rejected += 1
-            proposed = 0.5 * duration
-            if proposed < steps.shortest_s:
-                cutbacks += rejected
-                return ended(MarchStatus.STEP_TOO_SMALL)
-        cutbacks += rejected
-        next_step = duration * _growth(trial, rejected, steps)
-        commit = committed(
-            system,
-            state,
-            duration,
-            motion.at(state.time_s + duration),
-            trial,
-            balance,
-            rejected,
-            next_step,
-            steps.watch_stability,
-        )
-        unstable = passages_with(unstable, state.time_s, commit.state.time_s, commit.instability)
-        state, of_body, touching = commit.state, balance.of_body, balance.touching
-        increments += 1
+            try:
+                reports.add(commit, balance, state.time_s)
+            except KeyboardInterrupt:
+                return ended(MarchStatus.INTERRUPTED)
+            state, of_body, touching = commit.state, balance.of_body, balance.touching
+            increments += 1
         try:
-            on_commit(commit)
+            reports.wait()
         except KeyboardInterrupt:
             return ended(MarchStatus.INTERRUPTED)
-    return ended(MarchStatus.FINISHED)
+        return ended(MarchStatus.FINISHED)
+
+
+class _Reports:
+    """Looks at committed increments and hands them on while the next step is being solved.
+
+    One at a time and in order: before an increment is added, the one before it has been reported.
+    """
+
+    def __init__(
+        self, system: System, watch_stability: bool, on_commit: Callable[[Commit], None]
+    ) -> None:
+        self._system, self._watch, self._on_commit = system, watch_stability, on_commit
+        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="reports")
+        self._last: Future[None] | None = None
+        self.unstable: tuple[Passage, ...] = ()
+
+    def __enter__(self) -> _Reports:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._thread.shutdown()
+
+    def add(self, commit: Commit, balance: SystemBalance, before_s: float) -> None:
+        """Report an increment that followed the instant ``before_s``; raises what the last did."""
+        self.wait()
+        self._last = self._thread.submit(self._report, commit, balance, before_s)
+
+    def wait(self) -> None:
+        """Wait until all is reported; raises what the last report did."""
+        if self._last is not None:
+            last, self._last = self._last, None
+            last.result()
+
+    def _report(self, commit: Commit, balance: SystemBalance, before_s: float) -> None:
+        if self._watch:
+            tangent = self._system.static_tangent(balance.of_body, balance.touching, balance.folded)
+            positions = self._system.body.nodes + commit.state.displacement
+            commit = replace(commit, instability=instability_of(tangent, positions))
+        self.unstable = passages_with(
+            self.unstable, before_s, commit.state.time_s, commit.instability
+        )
+        self._on_commit(commit)
 
 
 def attempt(
@@ -250,7 +291,6 @@ def committed(
     balance: SystemBalance,
     cutbacks: int,
     next_step_s: float,
-    watch_stability: bool,
 ) -> Commit:
     """Make a converged trial the new committed state."""
     if system.inertia.density_tonne_per_mm3 > 0:
@@ -267,10 +307,6 @@ def committed(
         next_step_s,
         tuple(f.history for f in balance.folded),
     )
-    instability = None
-    if watch_stability:
-        tangent = system.static_tangent(balance.of_body, balance.touching, balance.folded)
-        instability = instability_of(tangent, system.body.nodes + trial.displacement)
     return Commit(
         state,
         balance.touching,
@@ -278,8 +314,7 @@ def committed(
         cutbacks,
         duration_s,
         system.energies(state, balance),
-        instability,
-        balance.folded,
+        folds=balance.folded,
     )
 
 

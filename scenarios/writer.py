@@ -154,10 +154,11 @@ class SolutionWriter:
         fields = self.partial / "fields.h5"
         with file_at_once(fields) as partial, h5py.File(partial, "w") as store:
             _store_model(store, _read_model(self.partial / "model.npz"))
+            rows_of = _Rows(store, self.count)
             for index, path in enumerate(self._files()):
                 increment = _read_increment(path)
                 rows.append(increment.row())
-                _store_increment(store, increment, index, self.count)
+                rows_of.write(index, increment)
         _write_history(self.partial / "history.csv", rows)
         self.log(sentence)
         summary = {
@@ -303,41 +304,43 @@ def _store_model(store: h5py.File, model: Model) -> None:
         store[f"outlines/{name}"].attrs["frame"] = "neck" if name in IN_NECK_FRAME else "head"
 
 
-def _store_increment(store: h5py.File, increment: Increment, index: int, count: int) -> None:
-    place = increment.placement
-    times = Quantity("time_s", "s", "time of the recording")
-    where = Quantity("placement", "rad, mm, mm", "neck frame in the head frame: angle, x, y")
-    moved = Quantity("displacement", "mm", "of every node, head frame")
-    placement = np.array([place.angle_rad, *place.shift_mm])
-    _row(store, "increments", times, np.array(increment.time_s), index, count, "f8")
-    _row(store, "increments", where, placement, index, count, "f8")
-    _row(store, "increments", moved, increment.displacement, index, count, "f8")
-    for quantity in ELEMENT_FIELDS:
-        _row(store, "element", quantity, increment.element[quantity.name], index, count, "f4")
-    for lip, contact in increment.contact.items():
-        group = f"contact/{lip}"
-        if index == 0:
-            store[f"{group}/arc_mm"] = contact.arc_mm
-            store[f"{group}/arc_mm"].attrs["unit"] = "mm"
-        for quantity in CONTACT_FIELDS:
-            _row(store, group, quantity, getattr(contact, quantity.name), index, count, "f8")
+class _Rows:
+    """The datasets of fields.h5 with a row for each of ``count`` increments, made at the first."""
 
+    def __init__(self, store: h5py.File, count: int) -> None:
+        self._store, self._count = store, count
+        # Kept open: to find a dataset by its name again takes longer than to write its row.
+        self._open: dict[str, h5py.Dataset] = {}
 
-def _row(
-    store: h5py.File,
-    group: str,
-    quantity: Quantity,
-    values: NDArray[Any],
-    index: int,
-    count: int,
-    kind: str,
-) -> None:
-    """Write ``values`` as row ``index`` of a dataset of ``count`` rows, made at the first row."""
-    path = f"{group}/{quantity.name}"
-    if path not in store:
-        packed = {"chunks": (1, *values.shape), "compression": "gzip", "compression_opts": 1}
-        options = packed if values.ndim else {}
-        data = store.create_dataset(path, (count, *values.shape), kind, **options)
-        data.attrs["unit"] = quantity.unit
-        data.attrs["meaning"] = quantity.meaning
-    store[path][index] = values
+    def write(self, index: int, increment: Increment) -> None:
+        """Write row ``index`` of every dataset."""
+        place = increment.placement
+        times = Quantity("time_s", "s", "time of the recording")
+        where = Quantity("placement", "rad, mm, mm", "neck frame in the head frame: angle, x, y")
+        moved = Quantity("displacement", "mm", "of every node, head frame")
+        placement = np.array([place.angle_rad, *place.shift_mm])
+        self._row("increments", times, np.array(increment.time_s), index, "f8")
+        self._row("increments", where, placement, index, "f8")
+        self._row("increments", moved, increment.displacement, index, "f8")
+        for quantity in ELEMENT_FIELDS:
+            self._row("element", quantity, increment.element[quantity.name], index, "f4")
+        for lip, contact in increment.contact.items():
+            group = f"contact/{lip}"
+            if index == 0:
+                self._store[f"{group}/arc_mm"] = contact.arc_mm
+                self._store[f"{group}/arc_mm"].attrs["unit"] = "mm"
+            for quantity in CONTACT_FIELDS:
+                self._row(group, quantity, getattr(contact, quantity.name), index, "f8")
+
+    def _row(
+        self, group: str, quantity: Quantity, values: NDArray[Any], index: int, kind: str
+    ) -> None:
+        path = f"{group}/{quantity.name}"
+        if path not in self._open:
+            packed = {"chunks": (1, *values.shape), "compression": "gzip", "compression_opts": 1}
+            options = packed if values.ndim else {}
+            shape = (self._count, *values.shape)
+            self._open[path] = self._store.create_dataset(path, shape, kind, **options)
+            self._open[path].attrs["unit"] = quantity.unit
+            self._open[path].attrs["meaning"] = quantity.meaning
+        self._open[path][index] = values
