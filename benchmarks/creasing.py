@@ -14,8 +14,9 @@ density, a relaxation time of 0.02 s (not felt at that rate), and contact of its
 itself and, at both ends, with its mirror image. Nothing disturbs it but rollers that give a little
 and rounding. Columns, all nominal compressions: the first state whose tangent is not positive
 definite; the first at which a valley's bottom is compressed along the surface as far as creases a
-half-space of the outermost layer; the first at which parts of the surface touch that lay more than
-1.2 mm apart along it; the valley's own compression then, and the largest it ever had; the smallest
+half-space of the outermost layer; the first at which the surface touches itself or its mirror image
+anywhere, with the largest compression that it had until then; the first at which parts touch that
+lay more than 1.2 mm apart along it; the largest compression along the surface of all; the smallest
 volume over undeformed volume; and where and how the run ended.
 """
 
@@ -55,7 +56,7 @@ THICKNESS_MM = {"dermis": 1.195, "hypodermis": 2.87}
 SHORTENING, DURATION_S = 0.5, 300.0
 LENGTH_WITHOUT_WAVES_MM = 24.0
 APART_MM = 1.2
-"""Parts of the surface nearer than this along it do not count as touching: one sharp valley."""
+"""Parts of the surface nearer than this along it touch in one sharp valley, others in a fold."""
 ROLLER_MPA_PER_MM = 50.0
 PLANES = (Plane.STRESS, Plane.STRAIN)
 
@@ -163,9 +164,8 @@ class Seen:
         still = self._surface.positions(np.zeros_like(system.body.nodes))[..., 0]
         self._beside_plane = np.minimum(still, length - still) < APART_MM / 2
         self._length, self._creases_at = length, creases_at
-        self.unstable = self.valley_creases = self.touching = self.valley_then = self.opened = (
-            math.nan
-        )
+        self.unstable = self.valley_creases = math.nan
+        self.touching = self.valley_until_touching = self.folded = math.nan
         self.valley_most, self.least_volume_ratio = 0.0, 1.0
         self._body = system.body
 
@@ -180,11 +180,15 @@ class Seen:
             self.unstable = strain
         if math.isnan(self.valley_creases) and valley >= self._creases_at:
             self.valley_creases = strain
-        touching = any(
-            np.any((wall.points.pressure > 0) & ~self._beside_plane) for wall in commit.contacts
-        ) or bool(np.any(_apart(commit.folds[0]) > APART_MM))
+        fold, walls = commit.folds[0], commit.contacts
+        touching = fold.touching.size > 0 or any(np.any(w.points.pressure > 0) for w in walls)
         if math.isnan(self.touching) and touching:
-            self.touching, self.valley_then = strain, valley
+            self.touching, self.valley_until_touching = strain, self.valley_most
+        folded = bool(np.any(_apart(fold) > APART_MM)) or any(
+            np.any((wall.points.pressure > 0) & ~self._beside_plane) for wall in walls
+        )
+        if math.isnan(self.folded) and folded:
+            self.folded = strain
 
 
 def _apart(fold: TissueResponse) -> NDArray[np.float64]:
@@ -221,7 +225,10 @@ def compressed(skin: str, plane: Plane, size: float, creases_at: float) -> None:
         skin, plane.name.lower(), f"{first.strain:.1%}", f"{length:.1f}", f"{size:g}",
         *(
             "–" if math.isnan(strain) else f"{strain:.1%}"
-            for strain in (seen.unstable, seen.valley_creases, seen.touching, seen.valley_then)
+            for strain in (
+                seen.unstable, seen.valley_creases, seen.touching, seen.valley_until_touching,
+                seen.folded,
+            )
         ),
         f"{seen.valley_most:.1%}", f"{seen.least_volume_ratio:.2f}",
         f"{end:.1%}: {result.status.value}", f"{result.increments}, {result.iterations}",
@@ -262,9 +269,8 @@ def main() -> None:
     headed(
         [
             "block", "plane", "linear stability", "length, mm", "element, mm", "unstable at",
-            "valley creases at", "touches at", "valley then", "at most", "least J",
-            "ended",
-            "increments, iterations", "s",
+            "valley creases at", "touches at", "valley until then", "folds at", "valley at most",
+            "least J", "ended", "increments, iterations", "s",
         ]
     )  # fmt: skip
     for skin in options.skins:

@@ -20,6 +20,8 @@ from fem2d.linear import negative_pivots
 
 Array = NDArray[np.float64]
 
+ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class Instability:
@@ -46,7 +48,7 @@ class Instability:
 
 @dataclass(frozen=True)
 class Passage:
-    """A stretch of time in which every committed equilibrium was unstable.
+    """A stretch of time in which committed equilibria were unstable, but for instants.
 
     Attributes
     ----------
@@ -66,6 +68,10 @@ def passages_with(
 ) -> tuple[Passage, ...]:
     """Return the passages up to ``time_s``, given those up to the committed instant before it.
 
+    An unstable instant belongs to the passage before it if the equilibrium was stable in between
+    for no longer than the increment that led here, so with equal increments at a single instant:
+    near a limit point stability chatters, and that is one event.
+
     >>> fold = Instability(1, (0.0, 0.0), 7, 3.0)
     >>> passages = passages_with((), 0.0, 0.1, fold)
     >>> [(p.start_s, p.end_s) for p in passages_with(passages, 0.1, 0.2, fold)]
@@ -73,7 +79,7 @@ def passages_with(
     """
     if instability is None:
         return passages
-    if not passages or passages[-1].end_s != before_s:
+    if not passages or before_s - passages[-1].end_s > (1 + ROUNDING) * (time_s - before_s):
         return (*passages, Passage(time_s, time_s, instability))
     last = passages[-1]
     worst = instability if instability.modes > last.worst.modes else last.worst

@@ -95,14 +95,33 @@ def test_an_instability_says_how_many_ways_and_where():
     assert instability_of(sp.csr_matrix(np.eye(12)), positions) is None
 
 
-def test_consecutive_unstable_instants_make_one_passage():
-    weak, strong = Instability(1, (0.0, 0.0), 1, 2.0), Instability(2, (5.0, 0.0), 4, 2.0)
-    times = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]
-    seen = [weak, strong, None, weak, weak]
+def passages_of(times, seen):
     passages = ()
     for before, time, instability in zip(times, times[1:], seen, strict=False):
         passages = passages_with(passages, before, time, instability)
-    assert [(p.start_s, p.end_s, p.worst) for p in passages] == [
+    return passages
+
+
+def test_consecutive_unstable_instants_make_one_passage():
+    weak, strong = Instability(1, (0.0, 0.0), 1, 2.0), Instability(2, (5.0, 0.0), 4, 2.0)
+    times = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
+    found = passages_of(times, [weak, strong, None, None, weak, weak])
+    assert [(p.start_s, p.end_s, p.worst) for p in found] == [
         (0.1, 0.2, strong),
-        (0.4, 0.5, weak),
+        (0.5, 0.6, weak),
     ]
+
+
+def test_a_stable_instant_between_unstable_ones_does_not_end_a_passage():
+    weak, strong = Instability(1, (0.0, 0.0), 1, 2.0), Instability(2, (5.0, 0.0), 4, 2.0)
+    times = np.linspace(0, 0.8, 9)
+    (one,) = passages_of(times, [None, weak, None, strong, None, weak, None, None])
+    assert (one.start_s, one.end_s, one.worst) == (times[2], times[6], strong)
+
+
+def test_what_was_stable_for_longer_than_the_last_increment_ends_a_passage():
+    weak = Instability(1, (0.0, 0.0), 1, 2.0)
+    after_long = passages_of([0.0, 0.1, 0.4, 0.5], [weak, None, weak])
+    assert [(p.start_s, p.end_s) for p in after_long] == [(0.1, 0.1), (0.5, 0.5)]
+    after_short = passages_of([0.0, 0.1, 0.15, 0.25], [weak, None, weak])
+    assert [(p.start_s, p.end_s) for p in after_short] == [(0.1, 0.25)]
