@@ -415,25 +415,26 @@ def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
     """Return when the neck comes near the undeformed lips, and when it has left them for good."""
     times = np.linspace(motion.time_s[0], motion.time_s[-1], 4 * motion.time_s.size)
     nothing = np.zeros_like(system.body.nodes)
-    near = []
-    for time in times:
+    moving = [
+        (pair.outline, pair.surface.positions(nothing).reshape(-1, 2))
+        for pair in system.contacts
+        if pair.moving
+    ]
+
+    def near(time: float) -> bool:
         place = motion.at(float(time))
-        gaps = [
-            np.min(
-                pair.outline.project(
-                    place.pull_back(pair.surface.positions(nothing)).reshape(-1, 2)
-                ).distance
-            )
-            for pair in system.contacts
-            if pair.moving
-        ]
-        near.append(min(gaps) < NEAR_MM)
-    if not any(near):
+        return any(
+            np.min(outline.project(place.pull_back(skin)).distance) < NEAR_MM
+            for outline, skin in moving
+        )
+
+    first = next((k for k in range(len(times)) if near(times[k])), None)
+    if first is None:
         raise ScenarioError(
             f"the neck never comes nearer than {NEAR_MM:g} mm to a lip: check the marker file's "
             "scale, or shift the package with --set placement.shift_x_mm=…"
         )
-    first, last = int(np.argmax(near)), len(near) - 1 - int(np.argmax(near[::-1]))
+    last = next(k for k in reversed(range(len(times))) if near(times[k]))
     return (
         float(times[max(first - 1, 0)]),
         float(min(times[min(last + 1, len(times) - 1)] + AFTER_RELEASE_S, times[-1])),
