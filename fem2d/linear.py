@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, files
 from typing import Protocol
@@ -16,9 +19,14 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+WORTH_PARTING = 2000
+"""Matrices of fewer unknowns are factorised in one piece: handing over a part costs more."""
 
 
 class SingularMatrixError(ArithmeticError):
@@ -87,7 +95,7 @@ class Pardiso:
     def factorise(self, matrix: sp.csr_matrix) -> None:
         """Factorise, analysing anew only if the pattern changed; raises `SingularMatrixError`."""
         nothing = np.zeros(matrix.shape[0])
-        if not self._has_pattern_of(matrix):
+        if self._matrix is None or not _same_pattern(self._matrix, matrix):
             self._call(self._ANALYSE, matrix, nothing)
         self._matrix = matrix
         self._call(self._FACTORISE, matrix, nothing)
@@ -97,14 +105,6 @@ class Pardiso:
         if self._matrix is None:
             raise SingularMatrixError("nothing was factorised yet: call factorise first")
         return self._call(self._SOLVE, self._matrix, np.ascontiguousarray(right_hand_side))
-
-    def _has_pattern_of(self, matrix: sp.csr_matrix) -> bool:
-        known = self._matrix
-        return (
-            known is not None
-            and np.array_equal(known.indptr, matrix.indptr)
-            and np.array_equal(known.indices, matrix.indices)
-        )
 
     def _call(self, phase: int, matrix: sp.csr_matrix, vector: Array) -> Array:
         from pypardiso.pardiso_wrapper import PyPardisoError
@@ -121,6 +121,106 @@ class Pardiso:
         matrix = getattr(self, "_matrix", None)
         if matrix is not None and not sys.is_finalizing():
             self._call(self._FREE, matrix, np.zeros(matrix.shape[0]))
+
+
+class InParts:
+    """Solves the independent parts of a matrix side by side, two threads in all.
+
+    Two lips that do not touch share no unknown, so their factors can be made at the same time. Each
+    part is solved on one thread alone: bits repeat, which those of one factorisation on two threads
+    do not.
+
+    Parameters
+    ----------
+    part
+        Makes the solver of a part.
+    """
+
+    def __init__(self, part: Callable[[], DirectSolver]) -> None:
+        self._part = part
+        self.name = part().name
+        self._matrix: sp.csr_matrix | None = None
+        self._parts: tuple[_Part, ...] = ()
+
+    def factorise(self, matrix: sp.csr_matrix) -> None:
+        """Factorise; raises `SingularMatrixError`."""
+        if self._matrix is None or not _same_pattern(self._matrix, matrix):
+            self._parts = tuple(_Part.of(matrix, u, self._part()) for u in _independent(matrix))
+        self._matrix = matrix
+        self._beside_each_other(lambda part: part.factorise(matrix))
+
+    def solve(self, right_hand_side: Array) -> Array:
+        """Return the solution (n,) for the matrix factorised last."""
+        if self._matrix is None:
+            raise SingularMatrixError("nothing was factorised yet: call factorise first")
+        solution = np.empty_like(right_hand_side)
+
+        def solve_part(part: _Part) -> None:
+            solution[part.unknowns] = part.solver.solve(right_hand_side[part.unknowns])
+
+        self._beside_each_other(solve_part)
+        return solution
+
+    def _beside_each_other(self, do: Callable[[_Part], None]) -> None:
+        first, *others = self._parts
+        started = [_second_thread().submit(do, part) for part in others]
+        try:
+            do(first)
+        finally:
+            wait(started)
+        for other in started:
+            other.result()
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Some unknowns of a matrix that no other unknown is coupled to, and their solver."""
+
+    unknowns: Index
+    entries: Index
+    """Where the part's entries lie in the data of the whole matrix."""
+    indptr: NDArray[np.int32]
+    indices: NDArray[np.int32]
+    solver: DirectSolver
+
+    @classmethod
+    def of(cls, matrix: sp.csr_matrix, unknowns: Index, solver: DirectSolver) -> _Part:
+        numbered = sp.csr_matrix(
+            (np.arange(matrix.nnz, dtype=float), matrix.indices, matrix.indptr), matrix.shape
+        )
+        part = numbered[unknowns][:, unknowns].tocsr()
+        part.sort_indices()
+        return cls(unknowns, part.data.astype(np.intp), part.indptr, part.indices, solver)
+
+    def factorise(self, matrix: sp.csr_matrix) -> None:
+        size = len(self.unknowns)
+        part = sp.csr_matrix(
+            (matrix.data[self.entries], self.indices, self.indptr), shape=(size, size)
+        )
+        self.solver.factorise(part)
+
+
+def _independent(matrix: sp.csr_matrix) -> list[Index]:
+    """Return the unknowns of at most two parts of like size that do not couple."""
+    count, label = connected_components(matrix, directed=False)
+    everything = np.arange(matrix.shape[0])
+    if count == 1 or matrix.shape[0] < WORTH_PARTING:
+        return [everything]
+    sizes = np.bincount(label)
+    first, second = np.zeros(count, bool), np.zeros(count, bool)
+    for part in np.argsort(-sizes, kind="stable"):
+        smaller = first if sizes[first].sum() <= sizes[second].sum() else second
+        smaller[part] = True
+    return [everything[chosen[label]] for chosen in (first, second)]
+
+
+@cache
+def _second_thread() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(max_workers=1, thread_name_prefix="factors")
+
+
+def _same_pattern(one: sp.csr_matrix, other: sp.csr_matrix) -> bool:
+    return np.array_equal(one.indptr, other.indptr) and np.array_equal(one.indices, other.indices)
 
 
 @cache
@@ -188,8 +288,8 @@ def _negative_pivots_superlu(symmetric: sp.csr_matrix) -> int:
 
 
 def fastest_solver() -> DirectSolver:
-    """Return PARDISO where its wheel is installed, SuperLU elsewhere."""
+    """Return PARDISO in parts where its wheel is installed, SuperLU elsewhere."""
     try:
-        return Pardiso()
+        return InParts(Pardiso)
     except ImportError:
         return SuperLu()

@@ -45,7 +45,7 @@ class NewtonSettings:
         Iterations in which the unbalanced forces must halve; else the solve has stalled.
     """
 
-    tolerance: float = field(default=1e-7, metadata={"help": "relative force balance"})
+    tolerance: float = field(default=1e-6, metadata={"help": "relative force balance"})
     force_floor_n: float = field(default=1e-6, metadata={"unit": "N", "help": "smallest force"})
     iterations: int = field(default=25, metadata={"help": "most Newton iterations"})
     patience: int = field(default=8, metadata={"help": "iterations in which forces must halve"})

@@ -81,6 +81,8 @@ class System:
     folds: tuple[TissueContact, ...] = ()
     loads: tuple[DeadLoad, ...] = ()
     tie_stiffness: sp.csr_matrix = field(init=False, repr=False, compare=False)
+    tie_only: sp.csr_matrix = field(init=False, repr=False, compare=False)
+    """The same without the zeros of the body's pattern."""
     mass: sp.csr_matrix = field(init=False, repr=False, compare=False)
     viscosity: sp.csr_matrix = field(init=False, repr=False, compare=False)
     """τ K₀, N s/mm."""
@@ -92,6 +94,9 @@ class System:
             dofs, blocks = tie.blocks()
             np.add.at(data, pattern.slots(dofs), blocks)
         object.__setattr__(self, "tie_stiffness", pattern.matrix(data))
+        tie_only = self.tie_stiffness.copy()
+        tie_only.eliminate_zeros()
+        object.__setattr__(self, "tie_only", tie_only)
         mass = self.body.mass(self.inertia.density_tonne_per_mm3)
         object.__setattr__(self, "mass", pattern.matrix(mass))
         undeformed = self.body.response(np.zeros_like(self.body.nodes)).stiffness
@@ -168,7 +173,7 @@ class System:
         for fold in folded:
             np.add.at(contact_force, fold.dofs, fold.force)
         pull, _ = self._pull_of_ties(body_moves_to or placement)
-        tie_force = self.tie_stiffness @ displacement.ravel() - pull
+        tie_force = self.tie_only @ displacement.ravel() - pull
         load_force = self.load_force(before.time_s + duration_s)
         residual = response.force + tie_force - contact_force - load_force
         scale = max(float(np.max(np.abs(f))) for f in (contact_force, tie_force, load_force))
@@ -249,7 +254,7 @@ class System:
         pull, of_anchors = self._pull_of_ties(state.placement)
         return Energies(
             strain=balance.of_body.energy,
-            tie=work_of(0.5 * (self.tie_stiffness @ u) - pull, u) + of_anchors,
+            tie=work_of(0.5 * (self.tie_only @ u) - pull, u) + of_anchors,
             penalty=sum(t.energy for t in balance.touching) + sum(t.energy for t in balance.folded),
             kinetic=0.5 * work_of(self.mass @ v, v),
             load=sum(load.energy(state.displacement, state.time_s) for load in self.loads),

@@ -8,6 +8,7 @@ needs the smallest pull is taken. What relaxes afterwards lies down on the neck 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,7 +20,8 @@ from scipy.optimize import minimize_scalar
 from fem2d.inertia import Inertia
 from fem2d.linear import fastest_solver
 from fem2d.load import Amplitude
-from fem2d.march import Commit, StepSettings, march
+from fem2d.march import StepSettings, march
+from fem2d.state import State
 from fem2d.surface import Surface
 from fem2d.system import System
 from geometry2d.neck import NeckSection
@@ -47,8 +49,14 @@ REACH_MM = 10.0
 """Skin and neck that stay farther than this apart while the lip is undrawn do not meet."""
 
 RISE = Amplitude((0.0, 1.0), (0.0, 1.0))
-STEPS = StepSettings(longest_s=0.03, shortest_s=1e-3, accuracy_mm=np.inf)
+STEPS = StepSettings(longest_s=0.1, shortest_s=1e-3, accuracy_mm=np.inf)
 """How the trial pull rises. No time passes: the lip is at rest at every step."""
+
+CLEARANCE_TOLERANCE_MM = 0.005
+"""A pull is the smallest if it keeps the lip no more than this clearer than it should."""
+
+REFINEMENTS = 12
+"""Most pulls tried between one that is not enough and one that is."""
 
 AT_REST = Inertia(density_tonne_per_mm3=0.0, spectral_radius=0.0, relaxation_s=0.0)
 
@@ -193,21 +201,41 @@ class _Trial:
         pull = Pull(self.muscle, most_kpa, direction_deg)
         rising = replace(self.lips.load(pull), amplitude=RISE)
         system = replace(self.system, loads=(rising,))
-        start = system.state_at_rest(0.0, NO_NECK.at(0.0), next_step_s=STEPS.longest_s)
-        reached = [(0.0, self._clearance(start.displacement))]
+        solver = fastest_solver()
+        equilibria = 0
 
-        def commit(done: Commit) -> None:
-            share = RISE.at(done.state.time_s)
-            reached.append((share, self._clearance(done.state.displacement)))
-            if reached[-1][1] >= enough_mm:
-                raise KeyboardInterrupt
+        def risen(start: State, time_s: float) -> State:
+            nonlocal equilibria
+            result = march(system, NO_NECK, start, solver=solver, steps=STEPS, end_s=time_s)
+            equilibria += result.increments
+            return result.state
 
-        march(system, NO_NECK, start, solver=fastest_solver(), steps=STEPS, on_commit=commit)
-        (share_before, before), (share, clearance) = reached[-2:]
-        if clearance >= enough_mm:
-            into = max(0.0, (enough_mm - before) / (clearance - before))
-            share, clearance = share_before + into * (share - share_before), enough_mm
-        return FoundPull(replace(pull, traction_kpa=share * most_kpa), clearance, len(reached) - 1)
+        low = system.state_at_rest(0.0, NO_NECK.at(0.0), next_step_s=STEPS.longest_s)
+        low_mm, high, high_mm = self._clearance(low.displacement), low, np.inf
+        while low_mm < enough_mm and low.time_s < 1.0:
+            high = risen(low, min(1.0, low.time_s + STEPS.longest_s))
+            if high.time_s == low.time_s:
+                break
+            high_mm = self._clearance(high.displacement)
+            if high_mm >= enough_mm:
+                break
+            low, low_mm = high, high_mm
+        # Between the two by false position, aimed a little beyond what is enough.
+        aim_mm = enough_mm + 0.5 * CLEARANCE_TOLERANCE_MM
+        for _ in range(REFINEMENTS):
+            if not low_mm < enough_mm <= high_mm - CLEARANCE_TOLERANCE_MM:
+                break
+            into = min((aim_mm - low_mm) / (high_mm - low_mm), 1.0)
+            middle = risen(low, low.time_s + into * (high.time_s - low.time_s))
+            middle_mm = self._clearance(middle.displacement)
+            if middle_mm < enough_mm:
+                low, low_mm = middle, middle_mm
+            else:
+                high, high_mm = middle, middle_mm
+        if high_mm < enough_mm or low_mm >= enough_mm:
+            high, high_mm = low, low_mm
+        share = 1.0 if math.isclose(high.time_s, 1.0) else RISE.at(high.time_s)
+        return FoundPull(replace(pull, traction_kpa=share * most_kpa), high_mm, equilibria)
 
     def cost(self, found: FoundPull) -> float:
         """Return the pull that is needed, kPa, larger than any where what was tried falls short."""

@@ -75,7 +75,7 @@ def test_the_pull_that_is_found_clears_the_neck_as_asked():
     pull = found().pull
     assert 0.5 < pull.traction_kpa < 4.0
     assert clearance_of(pull) == pytest.approx(0.5, abs=0.05)
-    assert found().clearance_mm == 0.5
+    assert 0.5 <= found().clearance_mm <= 0.505
 
 
 def test_nothing_smaller_and_no_other_direction_does():
@@ -85,7 +85,7 @@ def test_nothing_smaller_and_no_other_direction_does():
         other = found_pull(lips(f"muscle.direction_deg={pull.direction_deg + turn}"), motion())
         assert other is not None
         assert other.pull.traction_kpa > pull.traction_kpa
-        assert other.clearance_mm == 0.5
+        assert 0.5 <= other.clearance_mm <= 0.505
 
 
 def test_the_undrawn_lip_would_be_in_the_way():
