@@ -126,17 +126,28 @@ def block(layers: dict[str, Layer], plane: Plane, length: float, size: float) ->
     return Body.of(mesh, {name: layer.material for name, layer in layers.items()}, plane=plane)
 
 
-def squeezed(body: Body, motion: RigidMotion, length: float) -> System:
-    """Return the block between rollers; walls at both ends stand for mirror images."""
+def squeezed(
+    body: Body,
+    motion: RigidMotion,
+    length: float,
+    *,
+    roller_mpa_per_mm: float = ROLLER_MPA_PER_MM,
+    friction: float = 0.0,
+    apart_mm: float = APART_MM,
+) -> System:
+    """Return the block between rollers, the right ones moving; walls stand for mirror images.
+
+    Parts of the skin more than ``apart_mm`` from one another along it touch with ``friction``.
+    """
     surface = {
         name: Surface(body.edges(name), body.nodes) for name in ("top", "bottom", "left", "right")
     }
     normal, smooth = NormalLaw(), FrictionLaw(0.0)
     rollers = (
-        ElasticTie("below", surface["bottom"], ROLLER_MPA_PER_MM, 0.0, only_along=(0.0, 1.0)),
-        ElasticTie("left", surface["left"], ROLLER_MPA_PER_MM, 0.0, only_along=(1.0, 0.0)),
+        ElasticTie("below", surface["bottom"], roller_mpa_per_mm, 0.0, only_along=(0.0, 1.0)),
+        ElasticTie("left", surface["left"], roller_mpa_per_mm, 0.0, only_along=(1.0, 0.0)),
         ElasticTie(
-            "right", surface["right"], ROLLER_MPA_PER_MM, 0.0, motion.at(0.0), only_along=(1.0, 0.0)
+            "right", surface["right"], roller_mpa_per_mm, 0.0, motion.at(0.0), only_along=(1.0, 0.0)
         ),
     )
     left = Outline.from_corners([[-5, -20], [0, -20], [0, 60], [-5, 60]], 0.0)
@@ -148,10 +159,10 @@ def squeezed(body: Body, motion: RigidMotion, length: float) -> System:
         "fold",
         (surface["top"],),
         normal,
-        smooth,
+        FrictionLaw(friction),
         reach_mm=0.5,
         itself=True,
-        neighbourhood_mm=APART_MM,
+        neighbourhood_mm=apart_mm,
     )
     return System(body, walls, rollers, Inertia(1e-9, 0.0, 0.02), (fold,))
 
@@ -217,7 +228,9 @@ def compressed(skin: str, plane: Plane, size: float, creases_at: float) -> None:
         motion,
         system.state_at_rest(0.0, motion.at(0.0), next_step_s=0.5 * step),
         solver=fastest_solver(),
-        steps=StepSettings(longest_s=step, travel_mm=0.2, watch_stability=True),
+        steps=StepSettings(
+            longest_s=step, travel_mm=0.2, accuracy_mm=math.inf, watch_stability=True
+        ),
         on_commit=seen.watch,
     )
     end = -result.state.placement.shift_mm[0] / length

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from fem2d.assembly import assemble, section_entries, section_stresses
 from fem2d.elements import Element, Tables, element_named
 from fem2d.kinematics import Plane
 from fem2d.materials.material import Material, MaterialError
+from fem2d.second_thread import second_thread
 from fem2d.sparse import SparsePattern
 
 Array = NDArray[np.float64]
@@ -230,9 +230,8 @@ class Body:
         F = np.zeros((*self.weights.shape, 3, 3))
         F[..., :2, :2] = entries[..., :4].reshape(*self.weights.shape, 2, 2)
         F[..., 2, 2] = entries[..., 4]
-        J = (entries[..., 0] * entries[..., 3] - entries[..., 1] * entries[..., 2]) * entries[
-            ..., 4
-        ]
+        F11, F12, F21, F22, F33 = np.moveaxis(entries, -1, 0)
+        J = (F11 * F22 - F12 * F21) * F33
         mean_J = np.sum(self.weights * J, axis=1) / np.sum(self.weights, axis=1)
         piola, energy = np.zeros_like(entries), np.empty_like(J)
         section_stresses(entries, self._rows, self.material_of, self.plane.value, energy, piola)
@@ -367,7 +366,7 @@ class Body:
         elements = len(self.tables.connectivity)
         if elements < SMALL_BODY:
             return summed(0, elements)
-        other = _threads().submit(summed, elements // 2, elements)
+        other = second_thread().submit(summed, elements // 2, elements)
         half = summed(0, elements // 2)
         rest = other.result()
         half.force[:] += rest.force
@@ -408,11 +407,6 @@ class Body:
         node = np.zeros(self.mesh.p.shape[1], np.int64)
         node[self.mesh.t.T] = self.tables.connectivity[:, :corners]
         return node
-
-
-@cache
-def _threads() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(max_workers=1, thread_name_prefix="assembly")
 
 
 def _log_stretches(F: Array) -> Array:

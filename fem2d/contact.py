@@ -29,7 +29,6 @@ Index = NDArray[np.intp]
 REACH_MM = 1.0
 """Points farther than this from the outline's box cannot touch it; they are not projected."""
 
-
 ENTRY_TRIALS = 3
 """Trials of false position for where a point enters an outline; the first is exact for a line."""
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import wait
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, files
@@ -22,8 +22,12 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
+from fem2d.second_thread import second_thread
+
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+EVERYTHING = slice(None)
 
 WORTH_PARTING = 2000
 """Matrices of fewer unknowns are factorised in one piece: handing over a part costs more."""
@@ -163,7 +167,7 @@ class InParts:
 
     def _beside_each_other(self, do: Callable[[_Part], None]) -> None:
         first, *others = self._parts
-        started = [_second_thread().submit(do, part) for part in others]
+        started = [second_thread().submit(do, part) for part in others]
         try:
             do(first)
         finally:
@@ -174,49 +178,45 @@ class InParts:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Some unknowns of a matrix that no other unknown is coupled to, and their solver."""
+    """Some unknowns of a matrix that no other unknown is coupled to, or all, and their solver."""
 
-    unknowns: Index
-    entries: Index
+    unknowns: Index | slice
+    entries: Index | slice
     """Where the part's entries lie in the data of the whole matrix."""
     indptr: NDArray[np.int32]
     indices: NDArray[np.int32]
     solver: DirectSolver
 
     @classmethod
-    def of(cls, matrix: sp.csr_matrix, unknowns: Index, solver: DirectSolver) -> _Part:
+    def of(cls, matrix: sp.csr_matrix, unknowns: Index | slice, solver: DirectSolver) -> _Part:
+        if isinstance(unknowns, slice):
+            return cls(EVERYTHING, EVERYTHING, matrix.indptr, matrix.indices, solver)
         numbered = sp.csr_matrix(
-            (np.arange(matrix.nnz, dtype=float), matrix.indices, matrix.indptr), matrix.shape
+            (np.arange(matrix.nnz), matrix.indices, matrix.indptr), matrix.shape
         )
         part = numbered[unknowns][:, unknowns].tocsr()
         part.sort_indices()
-        return cls(unknowns, part.data.astype(np.intp), part.indptr, part.indices, solver)
+        return cls(unknowns, part.data, part.indptr, part.indices, solver)
 
     def factorise(self, matrix: sp.csr_matrix) -> None:
-        size = len(self.unknowns)
+        size = len(self.indptr) - 1
         part = sp.csr_matrix(
             (matrix.data[self.entries], self.indices, self.indptr), shape=(size, size)
         )
         self.solver.factorise(part)
 
 
-def _independent(matrix: sp.csr_matrix) -> list[Index]:
+def _independent(matrix: sp.csr_matrix) -> list[Index | slice]:
     """Return the unknowns of at most two parts of like size that do not couple."""
     count, label = connected_components(matrix, directed=False)
-    everything = np.arange(matrix.shape[0])
     if count == 1 or matrix.shape[0] < WORTH_PARTING:
-        return [everything]
+        return [EVERYTHING]
     sizes = np.bincount(label)
     first, second = np.zeros(count, bool), np.zeros(count, bool)
     for part in np.argsort(-sizes, kind="stable"):
         smaller = first if sizes[first].sum() <= sizes[second].sum() else second
         smaller[part] = True
-    return [everything[chosen[label]] for chosen in (first, second)]
-
-
-@cache
-def _second_thread() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(max_workers=1, thread_name_prefix="factors")
+    return [np.flatnonzero(chosen[label]) for chosen in (first, second)]
 
 
 def _same_pattern(one: sp.csr_matrix, other: sp.csr_matrix) -> bool:

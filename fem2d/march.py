@@ -28,8 +28,9 @@ from geometry2d.rigid import RigidMotion, RigidPlacement
 
 Array = NDArray[np.float64]
 
-
 TINY_MM = 1e-12
+"""A way or an error shorter than this limits no step."""
+
 SHRINKING = 0.6
 """A step whose forces balance is followed by one of at least this share of its length."""
 
@@ -169,6 +170,8 @@ def march(
     increments = iterations = cutbacks = 0
 
     def ended(status: MarchStatus) -> MarchResult:
+        if reports.stopped():
+            status = MarchStatus.INTERRUPTED
         return MarchResult(status, state, increments, iterations, cutbacks, reports.unstable)
 
     with _Reports(system, steps.watch_stability, on_commit) as reports:
@@ -189,7 +192,6 @@ def march(
                 proposed = 0.5 * duration
                 if proposed < steps.shortest_s:
                     cutbacks += rejected
-                    reports.wait()
                     return ended(MarchStatus.STEP_TOO_SMALL)
             cutbacks += rejected
             next_step = duration * _growth(trial, rejected, steps)
@@ -197,23 +199,18 @@ def march(
             commit = committed(
                 system, state, duration, placement, trial, balance, rejected, next_step
             )
-            try:
-                reports.add(commit, balance, state.time_s)
-            except KeyboardInterrupt:
+            if reports.stopped():
                 return ended(MarchStatus.INTERRUPTED)
+            reports.add(commit, balance, state.time_s)
             state, of_body, touching = commit.state, balance.of_body, balance.touching
             increments += 1
-        try:
-            reports.wait()
-        except KeyboardInterrupt:
-            return ended(MarchStatus.INTERRUPTED)
         return ended(MarchStatus.FINISHED)
 
 
 class _Reports:
     """Looks at committed increments and hands them on while the next step is being solved.
 
-    One at a time and in order: before an increment is added, the one before it has been reported.
+    One at a time and in order: an increment is added when the one before it has been reported.
     """
 
     def __init__(
@@ -222,6 +219,7 @@ class _Reports:
         self._system, self._watch, self._on_commit = system, watch_stability, on_commit
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="reports")
         self._last: Future[None] | None = None
+        self._stopped = False
         self.unstable: tuple[Passage, ...] = ()
 
     def __enter__(self) -> _Reports:
@@ -231,15 +229,21 @@ class _Reports:
         self._thread.shutdown()
 
     def add(self, commit: Commit, balance: SystemBalance, before_s: float) -> None:
-        """Report an increment that followed the instant ``before_s``; raises what the last did."""
-        self.wait()
+        """Report an increment that followed the instant ``before_s``."""
         self._last = self._thread.submit(self._report, commit, balance, before_s)
 
-    def wait(self) -> None:
-        """Wait until all is reported; raises what the last report did."""
+    def stopped(self) -> bool:
+        """Wait until all is reported and return whether a report asked to stop.
+
+        Whatever else a report raised is raised here.
+        """
         if self._last is not None:
             last, self._last = self._last, None
-            last.result()
+            try:
+                last.result()
+            except KeyboardInterrupt:
+                self._stopped = True
+        return self._stopped
 
     def _report(self, commit: Commit, balance: SystemBalance, before_s: float) -> None:
         if self._watch:
@@ -366,19 +370,19 @@ def _plunged(
     before: tuple[ContactResponse, ...], balance: SystemBalance, steps: StepSettings
 ) -> bool:
     """Whether tissue has gone into a rigid body farther than pressure can push it in one step."""
-    return _deepest(balance.touching) > max(0.0, _deepest(before)) + steps.plunge_mm
+    return _deepest(balance.touching) - _deepest(before) > steps.plunge_mm
 
 
 def _deepest(touching: tuple[ContactResponse, ...]) -> float:
     """Return the deepest penetration of a rigid body, mm; 0 if there is none."""
-    return max((-float(np.min(touch.points.gap)) for touch in touching), default=0.0)
+    return max([0.0, *(-float(np.min(touch.points.gap)) for touch in touching)])
 
 
 def _growth(trial: NewtonResult, rejected: int, steps: StepSettings) -> float:
     """Return how much longer the next step is to be."""
-    accurate = math.sqrt(steps.accuracy_mm / max(trial.correction_mm, TINY_MM))
     if rejected > 0 or trial.iterations >= steps.hard_iterations:
-        return max(SHRINKING, min(0.8, accurate))
-    if trial.iterations > steps.easy_iterations:
-        return max(SHRINKING, min(1.0, accurate))
-    return max(SHRINKING, min(1.5, accurate))
+        usual = 0.8
+    else:
+        usual = 1.5 if trial.iterations <= steps.easy_iterations else 1.0
+    accurate = math.sqrt(steps.accuracy_mm / max(trial.correction_mm, TINY_MM))
+    return max(SHRINKING, min(usual, accurate))

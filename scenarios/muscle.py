@@ -204,38 +204,33 @@ class _Trial:
         solver = fastest_solver()
         equilibria = 0
 
-        def risen(start: State, time_s: float) -> State:
+        def risen(start: State, time_s: float) -> tuple[State, float]:
             nonlocal equilibria
             result = march(system, NO_NECK, start, solver=solver, steps=STEPS, end_s=time_s)
             equilibria += result.increments
-            return result.state
+            return result.state, self._clearance(result.state.displacement)
 
         low = system.state_at_rest(0.0, NO_NECK.at(0.0), next_step_s=STEPS.longest_s)
-        low_mm, high, high_mm = self._clearance(low.displacement), low, np.inf
-        while low_mm < enough_mm and low.time_s < 1.0:
-            high = risen(low, min(1.0, low.time_s + STEPS.longest_s))
-            if high.time_s == low.time_s:
+        best, best_mm = low, self._clearance(low.displacement)
+        low_mm = best_mm
+        while best_mm < enough_mm and best.time_s < 1.0:
+            low, low_mm = best, best_mm
+            best, best_mm = risen(low, min(1.0, low.time_s + STEPS.longest_s))
+            if best.time_s == low.time_s:
                 break
-            high_mm = self._clearance(high.displacement)
-            if high_mm >= enough_mm:
-                break
-            low, low_mm = high, high_mm
         # Between the two by false position, aimed a little beyond what is enough.
         aim_mm = enough_mm + 0.5 * CLEARANCE_TOLERANCE_MM
         for _ in range(REFINEMENTS):
-            if not low_mm < enough_mm <= high_mm - CLEARANCE_TOLERANCE_MM:
+            if not low_mm < enough_mm <= best_mm - CLEARANCE_TOLERANCE_MM:
                 break
-            into = min((aim_mm - low_mm) / (high_mm - low_mm), 1.0)
-            middle = risen(low, low.time_s + into * (high.time_s - low.time_s))
-            middle_mm = self._clearance(middle.displacement)
+            into = (aim_mm - low_mm) / (best_mm - low_mm)
+            middle, middle_mm = risen(low, low.time_s + into * (best.time_s - low.time_s))
             if middle_mm < enough_mm:
                 low, low_mm = middle, middle_mm
             else:
-                high, high_mm = middle, middle_mm
-        if high_mm < enough_mm or low_mm >= enough_mm:
-            high, high_mm = low, low_mm
-        share = 1.0 if math.isclose(high.time_s, 1.0) else RISE.at(high.time_s)
-        return FoundPull(replace(pull, traction_kpa=share * most_kpa), high_mm, equilibria)
+                best, best_mm = middle, middle_mm
+        share = 1.0 if math.isclose(best.time_s, 1.0) else RISE.at(best.time_s)
+        return FoundPull(replace(pull, traction_kpa=share * most_kpa), best_mm, equilibria)
 
     def cost(self, found: FoundPull) -> float:
         """Return the pull that is needed, kPa, larger than any where what was tried falls short."""

@@ -11,7 +11,7 @@ import shapely
 
 from fem2d.linear import fastest_solver
 from fem2d.load import Amplitude
-from fem2d.march import march
+from fem2d.march import MarchResult, MarchStatus, march
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion
 from scenarios.lip_model import Lips, Pull
@@ -113,3 +113,12 @@ def test_a_given_pull_is_kept_and_its_clearance_told():
 def test_a_lip_that_cannot_be_drawn_clear_is_said():
     with pytest.raises(ScenarioError, match=r"no pull on the upper lip up to 6 kPa keeps it 5 mm"):
         found_pull(lips("muscle.clearance_mm=5", "muscle.direction_deg=-60"), motion())
+
+
+def test_a_lip_that_finds_no_equilibrium_is_not_taken_for_clear(monkeypatch):
+    def stuck(system, motion, start, **options):
+        return MarchResult(MarchStatus.STEP_TOO_SMALL, start, 0, 0, 1)
+
+    monkeypatch.setattr("scenarios.muscle.march", stuck)
+    with pytest.raises(ScenarioError, match="no pull on the upper lip"):
+        found_pull(lips(), motion())

@@ -175,3 +175,20 @@ def test_a_plunge_into_a_rigid_body_is_rejected_but_slow_squeezing_is_not():
     assert np.diff(slowly, prepend=0).max() <= most
     assert slowly[-1] > 3 * most
     assert slowly[-1] == pytest.approx(sunk[-1], rel=0.02)
+
+
+def test_whoever_is_told_of_an_increment_can_stop_the_march():
+    system, told = lip_press(10, 8), []
+
+    def stop(commit):
+        told.append(commit)
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    result = march(
+        system, LIP_PRESS, system.state_at_rest(0.0, LIP_PRESS.at(0.0), next_step_s=0.05),
+        solver=fastest_solver(), newton=FINE, on_commit=stop,
+    )  # fmt: skip
+    assert result.status is MarchStatus.INTERRUPTED
+    assert result.increments == len(told) == 3
+    assert result.state is told[-1].state

@@ -69,7 +69,7 @@ def pressed_then_dragged(system):
 def test_lip_press_as_other_programs_compute_it(plane, pressed, dragged):
     # DOLFINx 0.5.2 with a hand-written penalty at the nodes; GetFEM 5.4.2 and FElupe 11.3 agree
     # with it to 2.5e-4. Sampled at the nodes, and with slip
-    # counted, like theirs, ours agrees to 3e-5.
+    # counted as in theirs, ours agrees to 3e-5.
     system = lip_press(plane=plane)
     pair = system.contacts[0]
     nodal = NodalSurface(pair.surface.edges, pair.surface.nodes, points_per_edge=2)

@@ -7,22 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 import skfem
+from creasing import squeezed
 
 from fem2d.body import Body
-from fem2d.contact import RigidContact
-from fem2d.friction import FrictionLaw, NormalLaw
-from fem2d.inertia import Inertia
 from fem2d.instability import Instability, softest_mode
 from fem2d.kinematics import Plane
 from fem2d.linear import fastest_solver
 from fem2d.march import Commit, MarchResult, MarchStatus, StepSettings, march
 from fem2d.materials.library import configuration
 from fem2d.stability import Layer, wrinkling
-from fem2d.surface import Surface
-from fem2d.system import System
-from fem2d.tie import ElasticTie
-from fem2d.tissue_contact import TissueContact
-from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
 
 pytestmark = pytest.mark.slow
@@ -61,34 +54,6 @@ def block() -> Body:
     return Body.of(mesh, configuration("L2-Ogden"), plane=Plane.STRESS)
 
 
-def squeezed(body: Body, motion: RigidMotion) -> System:
-    """Rollers below and at both sides, the right ones moving; walls stand for mirror images."""
-    surface = {
-        name: Surface(body.edges(name), body.nodes) for name in ("top", "bottom", "left", "right")
-    }
-    normal, smooth = NormalLaw(), FrictionLaw(0.0)
-    rollers = (
-        ElasticTie("below", surface["bottom"], 5.0, 0.0, only_along=(0.0, 1.0)),
-        ElasticTie("left", surface["left"], 5.0, 0.0, only_along=(1.0, 0.0)),
-        ElasticTie("right", surface["right"], 5.0, 0.0, motion.at(0.0), only_along=(1.0, 0.0)),
-    )
-    left = Outline.from_corners([[-5, -20], [0, -20], [0, 40], [-5, 40]], 0.0)
-    walls = (
-        RigidContact("left wall", surface["top"], left, normal, smooth, moving=False),
-        RigidContact("right wall", surface["top"], left.moved(0, (WIDTH + 5, 0)), normal, smooth),
-    )
-    fold = TissueContact(
-        "fold",
-        (surface["top"],),
-        normal,
-        FrictionLaw(0.3),
-        reach_mm=0.5,
-        itself=True,
-        neighbourhood_mm=2.0,
-    )
-    return System(body, walls, rollers, Inertia(1e-9, 0.0, 0.02), (fold,))
-
-
 @pytest.fixture(scope="module")
 def path() -> Path:
     body = block()
@@ -96,7 +61,7 @@ def path() -> Path:
     motion = RigidMotion(
         times, 0 * times, np.column_stack([-SHORTENING * WIDTH * times / 30, 0 * times])
     )
-    system = squeezed(body, motion)
+    system = squeezed(body, motion, WIDTH, roller_mpa_per_mm=5.0, friction=0.3, apart_mm=2.0)
     top = np.unique(body.edges("top"))
     top = top[np.argsort(body.nodes[top, 0])]
     seen: list[tuple[float, Instability, int]] = []
