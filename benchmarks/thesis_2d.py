@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.scene import SkinLine
 from scenarios.solution import LIPS, Solution
 from scenarios.spec import Scenario, read_scenario
 
@@ -50,11 +51,14 @@ def place_of(solution: Solution, index: int, field: str, sign: int) -> str:
     deformed = model.nodes + frame.displacement
     centre = deformed[model.triangles[element, :3]].mean(axis=0)
     lip = model.region_names[model.region[element]].split("_")[0]
-    pressed = []
-    for name, edges in model.skin.items():
-        pressure = frame.pressure_mpa[name].reshape(len(edges), -1).max(axis=1)
-        pressed += [deformed[edges[pressure > 0, 2]]]
-    points = np.concatenate(pressed)
+    points = np.concatenate(
+        [
+            SkinLine(model, model.skin[name], history.arc_mm).points(deformed)[
+                frame.pressure_mpa[name] > 0
+            ]
+            for name, history in solution.contact.items()
+        ]
+    )
     away = np.linalg.norm(points - centre, axis=1).min() if len(points) else np.inf
     at = "at the contact" if away < NEAR_CONTACT_MM else "away from any contact"
     return f"{lip} lip, {at}"

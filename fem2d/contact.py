@@ -1,10 +1,10 @@
 """Contact of tissue with a rigid outline: forces, stiffness and trial history.
 
 The virtual work of contact is ``∫ (p n + τ t)·δx dS`` over the reference surface, integrated at
-Gauss points that carry their own friction history (`fem2d.surface`). Pressure and friction come
-from `fem2d.friction`, gap and slip from `fem2d.gap`. Evaluating is pure: the history handed in is
-that of the last committed instant, the history handed out is a trial that becomes committed only
-if the caller keeps it.
+points that carry their own friction history: the nodes, or Gauss points (`fem2d.surface`). Pressure
+and friction come from `fem2d.friction`, gap and slip from `fem2d.gap`. Evaluating is pure: the
+history handed in is that of the last committed instant, the history handed out is a trial that
+becomes committed only if the caller keeps it.
 """
 
 from __future__ import annotations
@@ -29,13 +29,16 @@ Index = NDArray[np.intp]
 REACH_MM = 1.0
 """Points farther than this from the outline's box cannot touch it; they are not projected."""
 
+POINTS_TO_LOOK_AT = 9
+"""Gauss points of an edge at which its penetration is told."""
+
 ENTRY_TRIALS = 3
 """Trials of false position for where a point enters an outline; the first is exact for a line."""
 
 
 @dataclass(frozen=True)
 class ContactHistory:
-    """What friction remembers of each Gauss point at a committed instant.
+    """What friction remembers of each point at a committed instant.
 
     Attributes
     ----------
@@ -52,7 +55,7 @@ class ContactHistory:
 
 @dataclass(frozen=True)
 class ContactPoints:
-    """Everything known at the Gauss points of a contact pair, arrays (m, q) unless stated.
+    """Everything known at the points of a contact pair, arrays (m, q) unless stated.
 
     Pressure and shear are per reference length here; divide by the surface stretch for true values.
     """
@@ -87,7 +90,7 @@ class ContactResponse:
     dofs, force
         (j, 2k) degrees of freedom and forces on the tissue, N.
     points
-        Values at all Gauss points.
+        Values at all points.
     history
         Trial history: commit it by handing it to the next increment.
     """
@@ -205,6 +208,25 @@ class RigidContact:
         """Return the derivative (j, 2k, 2k) of ``response.force``, N/mm, or its safe stand-in."""
         slope = response.points.safe_slope if safe else response.points.slope
         return self.surface.assembled_stiffness(slope[response.edges], response.edges)
+
+    def deepest(
+        self, displacement: Array, placement: RigidPlacement, response: ContactResponse
+    ) -> float:
+        """Return the deepest penetration, mm, anywhere on the surface, between its points too.
+
+        There an edge may sink over a corner of the outline: between points a distance s apart, over
+        a corner of radius r, by about s²/(8r).
+        """
+        length = self.surface.reference_speed.max(axis=1)
+        near = response.points.gap.min(axis=1) < 0.5 * length
+        if not near.any():
+            return 0.0
+        edges = Surface(
+            self.surface.edges[near], self.surface.nodes, points_per_edge=POINTS_TO_LOOK_AT
+        )
+        position = edges.positions(displacement).reshape(-1, 2)
+        distance = self.outline.project(placement.pull_back(position)).distance
+        return max(0.0, -float(distance.min()), -float(response.points.gap.min()))
 
     def held_friction(self, response: ContactResponse) -> ContactResponse:
         """Return the response with friction that slips held at its present value.

@@ -31,6 +31,9 @@ Array = NDArray[np.float64]
 TINY_MM = 1e-12
 """A way or an error shorter than this limits no step."""
 
+SURPRISE = 10.0
+"""An error of foresight of so many times what is aimed at is no mere bend in the path."""
+
 SHRINKING = 0.6
 """A step whose forces balance is followed by one of at least this share of its length."""
 
@@ -57,6 +60,9 @@ class StepSettings:
     accuracy_mm
         Largest difference between where the tissue was foreseen to go and where it goes that is
         aimed at, mm. Friction depends on the path, and this tells how bent it is.
+    snap_s
+        A longer step that errs by more than `SURPRISE` times that, as when a lip snaps off an edge,
+        is rejected, so that what happens in the snap is seen.
     easy_iterations, hard_iterations
         A step that needs no more (less) iterations than this is followed by a longer (shorter) one.
     plunge_mm
@@ -73,6 +79,7 @@ class StepSettings:
     accuracy_mm: float = field(
         default=0.005, metadata={"unit": "mm", "help": "aim for errors of foresight"}
     )
+    snap_s: float = field(default=0.004, metadata={"unit": "s", "help": "resolve snaps to this"})
     easy_iterations: int = field(default=7, metadata={"help": "iterations of an easy step"})
     hard_iterations: int = field(default=14, metadata={"help": "iterations of a hard step"})
     plunge_mm: float = field(
@@ -186,7 +193,8 @@ def march(
                 )
                 trial, balance = attempt(system, motion, state, duration, solver, newton, of_body)
                 iterations += trial.iterations
-                if trial.converged and not _plunged(touching, balance, steps):
+                sound = trial.converged and not _plunged(touching, balance, steps)
+                if sound and not _surprising(trial, duration, steps):
                     break
                 rejected += 1
                 proposed = 0.5 * duration
@@ -371,6 +379,11 @@ def _plunged(
 ) -> bool:
     """Whether tissue has gone into a rigid body farther than pressure can push it in one step."""
     return _deepest(balance.touching) - _deepest(before) > steps.plunge_mm
+
+
+def _surprising(trial: NewtonResult, duration_s: float, steps: StepSettings) -> bool:
+    """Whether tissue has gone elsewhere than was foreseen, in a step too long to tell how."""
+    return duration_s > steps.snap_s and trial.correction_mm > SURPRISE * steps.accuracy_mm
 
 
 def _deepest(touching: tuple[ContactResponse, ...]) -> float:

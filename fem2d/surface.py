@@ -1,4 +1,4 @@
-"""A named stretch of a body's boundary, with the points where contact is integrated."""
+"""A named stretch of a body's boundary, with the points where tractions are integrated."""
 
 from __future__ import annotations
 
@@ -13,6 +13,13 @@ Index = NDArray[np.intp]
 
 class SurfaceError(ValueError):
     """A surface was asked for that cannot carry contact."""
+
+
+NODAL_RULES = {
+    2: (np.array([0.0, 1.0]), np.array([1.0, 1.0]) / 2),
+    3: (np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6),
+}
+"""Nodes and weights, by nodes per edge, on [0, 1]: the trapezoidal and Simpson's rule."""
 
 
 def edge_shapes(nodes_per_edge: int, local: ArrayLike) -> tuple[Array, Array]:
@@ -30,7 +37,7 @@ def edge_shapes(nodes_per_edge: int, local: ArrayLike) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Surface:
-    """Edges of a boundary with Gauss points on them.
+    """Edges of a boundary with integration points on them.
 
     Parameters
     ----------
@@ -45,6 +52,12 @@ class Surface:
     axisymmetric
         Whether x is the distance from an axis and the section stands for a full turn around it;
         the thickness is unused then.
+    at_nodes
+        Whether the points are each edge's nodes in the order in which they lie along it, weighted
+        by the trapezoidal rule or Simpson's, instead of Gauss points. A node shared by two edges is
+        a point of both. A stiff contact penalty at Gauss points constrains an edge of three nodes
+        three times, while the boundary has two unknowns an edge along its normal: pressures
+        alternate. At nodes there is one constraint to an unknown.
     """
 
     edges: Index
@@ -52,24 +65,28 @@ class Surface:
     thickness_mm: float = 1.0
     points_per_edge: int = 4
     axisymmetric: bool = False
+    at_nodes: bool = False
     shape: Array = field(init=False, repr=False, compare=False)
-    """(q, k) shape functions at the Gauss points of an edge."""
+    """(q, k) shape functions at the points of an edge."""
     slope: Array = field(init=False, repr=False, compare=False)
     """(q, k) their derivatives with respect to the local coordinate."""
     weight: Array = field(init=False, repr=False, compare=False)
-    """(m, q) reference area of each Gauss point, mm²."""
+    """(m, q) reference area of each point, mm²."""
     reference_speed: Array = field(init=False, repr=False, compare=False)
     """(m, q) reference length per local coordinate, mm."""
     arc_length: Array = field(init=False, repr=False, compare=False)
-    """(m, q) reference arc length of each Gauss point from the first edge's start, mm."""
+    """(m, q) reference arc length of each point from the first edge's start, mm."""
 
     def __post_init__(self) -> None:
         if self.edges.ndim != 2 or self.edges.shape[1] not in {2, 3} or len(self.edges) == 0:
             raise SurfaceError(
                 f"edges of shape {self.edges.shape} carry no contact: give (m, 2) or (m, 3)"
             )
-        local, gauss_weight = np.polynomial.legendre.leggauss(self.points_per_edge)
-        local, gauss_weight = 0.5 * (local + 1), 0.5 * gauss_weight
+        if self.at_nodes:
+            local, gauss_weight = NODAL_RULES[self.edges.shape[1]]
+        else:
+            local, gauss_weight = np.polynomial.legendre.leggauss(self.points_per_edge)
+            local, gauss_weight = 0.5 * (local + 1), 0.5 * gauss_weight
         shape, slope = edge_shapes(self.edges.shape[1], local)
         speed = np.linalg.norm(np.einsum("qk,mkc->mqc", slope, self.nodes[self.edges]), axis=-1)
         length = speed @ gauss_weight
@@ -92,13 +109,13 @@ class Surface:
         return dofs
 
     def positions(self, displacement: Array) -> Array:
-        """Return the deformed positions (m, q, 2) of the Gauss points, mm."""
+        """Return the deformed positions (m, q, 2) of the points, mm."""
         deformed = (self.nodes + displacement)[self.edges]
         position: Array = np.einsum("qk,mkc->mqc", self.shape, deformed)
         return position
 
     def stretch(self, displacement: Array) -> Array:
-        """Return deformed over reference length (m, q) at the Gauss points."""
+        """Return deformed over reference length (m, q) at the points."""
         deformed = (self.nodes + displacement)[self.edges]
         speed = np.linalg.norm(np.einsum("qk,mkc->mqc", self.slope, deformed), axis=-1)
         ratio: Array = speed / self.reference_speed

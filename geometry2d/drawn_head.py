@@ -226,7 +226,7 @@ class HeadDrawing:
                 interface=interface,
                 inner=inner,
                 bone=bone,
-                focus=skin[away <= FOCUS_REACH_MM],
+                focus=np.concatenate([skin[away <= FOCUS_REACH_MM], inner]),
             )
         except RegionError as error:
             remedy = (

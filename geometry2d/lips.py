@@ -47,7 +47,8 @@ SMOOTHING_WIDTH_MM = 0.6
 DERMIS_BLEND_MM = 3.0
 """Arc length over which the dermis goes from its thickness on the skin to that on the vermilion."""
 FOCUS_REACH_MM = 24.0
-"""How far out from the lip margin a package may touch, along the skin: nearly up to the nose."""
+"""How far out from the lip margin a package may touch, along the skin: nearly up to the nose. On
+the inner side it may touch everywhere that is free: a lip that embraces a neck lies on it so."""
 INSIDE_HEADING_DEG = 68.0
 """Slope of a lip's inner side where the lip is thickest."""
 ANGLE_CORRECTIONS = 3
@@ -165,7 +166,7 @@ class Lip:
             interface=placed(interface),
             inner=placed(inner),
             bone=placed(bone),
-            focus=placed(skin[np.abs(s - self.margin) <= FOCUS_REACH_MM]),
+            focus=placed(np.concatenate([skin[np.abs(s - self.margin) <= FOCUS_REACH_MM], inner])),
         )
 
     def _thickness(self, s: Array, m: HeadMeasurements) -> Array:
@@ -203,7 +204,7 @@ def lip_section(
     inner, bone
         (n, 2) free inner side and tie to bone, mm. From bone to skin the section is cut straight.
     focus
-        (n, 2) points of the skin around which a mesh should be finest.
+        (n, 2) points of skin and inner side around which a mesh should be finest.
 
     Raises
     ------

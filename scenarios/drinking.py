@@ -18,7 +18,7 @@ from fem2d.linear import fastest_solver
 from fem2d.march import Commit, MarchStatus, StepSettings, march
 from fem2d.newton import NewtonSettings
 from fem2d.state import State
-from fem2d.system import System
+from fem2d.system import AT_REST, System
 from fem2d.tissue_contact import TissueHistory
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 from scenarios.lip_model import Lips
@@ -286,7 +286,7 @@ class _Diary:
                     "to_s": passage.end_s,
                     "modes": passage.worst.modes,
                     "lip": (place := self._place_on_skin(passage.worst))[0],
-                    "skin_arc_mm": place[1],
+                    "arc_mm": place[1],
                     "x_mm": float((at := self._told(passage.worst.place_mm))[0]),
                     "y_mm": float(at[1]),
                 }
@@ -305,7 +305,7 @@ class _Diary:
         times = "once" if count == 1 else f"{count} times, longest"
         return (
             f"; the equilibrium was unstable {times} from {longest.start_s:.3f} to "
-            f"{longest.end_s:.3f} s, most of all the {lip} lip {arc:.1f} mm along its skin "
+            f"{longest.end_s:.3f} s, most of all the {lip} lip {arc:.1f} mm along its surface "
             f"({x:.1f}, {y:.1f} mm), and was passed with inertia"
         )
 
@@ -314,7 +314,7 @@ class _Diary:
         body = self._lips.body
         nearest: list[tuple[float, str, float]] = []
         for lip in LIPS:
-            skin = self._lips.surface(f"{lip}_skin")
+            skin = self._lips.free_surface(lip)
             away = skin.positions(np.zeros_like(body.nodes)) - body.nodes[instability.node]
             distance = np.linalg.norm(away, axis=-1)
             at = np.unravel_index(np.argmin(distance), distance.shape)
@@ -350,7 +350,8 @@ class _Diary:
     def _field(self, lip: str, commit: Commit) -> ContactField:
         pairs = self._pairs(lip, commit)
         surface = pairs[0][0].surface
-        stretch = surface.stretch(commit.state.displacement)
+        reference = surface.weight
+        deformed = reference * surface.stretch(commit.state.displacement)
         nearest = np.argmin([touch.points.gap for _, touch in pairs], axis=0)
 
         def chosen(name: str) -> Array:
@@ -358,14 +359,21 @@ class _Diary:
             taken: Array = np.take_along_axis(values, nearest[None], axis=0)[0]
             return taken
 
-        pressure = chosen("pressure") / stretch
-        arc = np.where(pressure > 0, chosen("outline_arc"), np.nan)
+        # A node that two edges share is a point of both; the skin's stretch jumps from one to the
+        # other, the force that the node carries does not.
+        place, first, node = np.unique(surface.arc_length, return_index=True, return_inverse=True)
+        area = np.bincount(node.ravel(), deformed.ravel())
+
+        def true_traction(name: str) -> Array:
+            return np.bincount(node.ravel(), (chosen(name) * reference).ravel()) / area
+
+        pressure = true_traction("pressure")
         return ContactField(
-            arc_mm=surface.arc_length.ravel(),
-            pressure_mpa=pressure.ravel(),
-            shear_mpa=(chosen("shear") / stretch).ravel(),
-            gap_mm=chosen("gap").ravel(),
-            neck_arc_mm=arc.ravel(),
+            arc_mm=place,
+            pressure_mpa=pressure,
+            shear_mpa=true_traction("shear"),
+            gap_mm=chosen("gap").ravel()[first],
+            neck_arc_mm=np.where(pressure > 0, chosen("outline_arc").ravel()[first], np.nan),
         )
 
     def _remember(self, commit: Commit) -> None:
@@ -376,8 +384,11 @@ class _Diary:
         self._last_s = commit.state.time_s
         seen = dict.fromkeys(_EXTREMES, 0.0)
         for pair, touch in zip(system.contacts, commit.contacts, strict=True):
+            placement = commit.state.placement if pair.moving else AT_REST
             name = f"largest_penetration_{'neck' if pair.moving else 'teeth'}_mm"
             seen[name] = max(seen[name], -float(np.min(touch.points.gap)))
+            between = pair.deepest(commit.state.displacement, placement, touch)
+            seen[BETWEEN] = max(seen[BETWEEN], between)
         seen["largest_strain_energy_nmm"] = commit.energies.strain
         seen["largest_kinetic_energy_nmm"] = commit.energies.kinetic
         if commit.newton.force_scale > NewtonSettings().force_floor_n:
@@ -385,9 +396,12 @@ class _Diary:
         self._extremes = {name: max(self._extremes[name], seen[name]) for name in _EXTREMES}
 
 
+BETWEEN = "largest_penetration_between_nodes_mm"
+
 _EXTREMES = (
     "largest_penetration_neck_mm",
     "largest_penetration_teeth_mm",
+    BETWEEN,
     "largest_unbalanced_force_share",
     "largest_strain_energy_nmm",
     "largest_kinetic_energy_nmm",

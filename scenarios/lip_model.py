@@ -144,30 +144,47 @@ class Lips:
         body = self.body
         return Surface(body.edges(name), body.nodes, self.scenario.solver.thickness_mm)
 
+    def free_edges(self, lip: str) -> NDArray[np.intp]:
+        """Return the edges (m, 3) of a lip that may touch: its skin and, behind it, its inner side.
+
+        In order along the boundary, the tissue on the left.
+        """
+        skin, inner = (self.body.edges(f"{lip}_{part}") for part in ("skin", "inner"))
+        inner_first = inner[-1, 1] == skin[0, 0]
+        return np.concatenate([inner, skin] if inner_first else [skin, inner])
+
+    def free_surface(self, lip: str, *, at_nodes: bool = True) -> Surface:
+        """Return the surface of a lip that may touch, by default with its nodes as points."""
+        return Surface(
+            self.free_edges(lip),
+            self.body.nodes,
+            self.scenario.solver.thickness_mm,
+            at_nodes=at_nodes,
+        )
+
     @cached_property
     def system(self) -> System:
         """Lips, ties, and what they touch."""
         contact = self.scenario.contact
         normal = NormalLaw()
         neck, teeth = FrictionLaw(contact.friction), FrictionLaw(contact.teeth_friction)
-        pairs = [
-            RigidContact(f"{lip} lip on {wall}", skin, getattr(self.neck, wall), normal, neck)
-            for lip, skin in ((lip, self.surface(f"{lip}_skin")) for lip in self.present)
+        surfaces = {lip: self.free_surface(lip) for lip in self.present}
+        on_walls = [
+            RigidContact(f"{lip} lip on {wall}", surface, getattr(self.neck, wall), normal, neck)
+            for lip, surface in surfaces.items()
             for wall in WALLS
         ]
-        for lip in self.present:
-            tooth = getattr(self.head, f"{lip}_tooth")
-            pairs += [
-                RigidContact(
-                    f"{lip} {part} on {lip}_tooth",
-                    self.surface(f"{lip}_{part}"),
-                    tooth,
-                    normal,
-                    teeth,
-                    moving=False,
-                )
-                for part in ("inner", "skin")
-            ]
+        on_teeth = [
+            RigidContact(
+                f"{lip} lip on {lip}_tooth",
+                surface,
+                getattr(self.head, f"{lip}_tooth"),
+                normal,
+                teeth,
+                moving=False,
+            )
+            for lip, surface in surfaces.items()
+        ]
         ties = tuple(
             ElasticTie(
                 f"{lip}_{part}",
@@ -180,7 +197,7 @@ class Lips:
         )
         lips = TissueContact(
             "lip on lip",
-            tuple(self.surface(f"{lip}_skin") for lip in self.present),
+            tuple(self.free_surface(lip, at_nodes=False) for lip in self.present),
             normal,
             FrictionLaw(contact.lip_friction),
             reach_mm=FOLD_REACH_MM,
@@ -188,7 +205,7 @@ class Lips:
             neighbourhood_mm=FOLD_NEIGHBOURHOOD_MM,
         )
         loads = () if self.pull is None else (self.load(self.pull),)
-        return System(self.body, tuple(pairs), ties, TISSUE, (lips,), loads)
+        return System(self.body, (*on_walls, *on_teeth), ties, TISSUE, (lips,), loads)
 
     def load(self, pull: Pull) -> DeadLoad:
         """Return the dead load of a pull on a lip."""
@@ -234,7 +251,7 @@ class Lips:
             triangles=body.tables.connectivity,
             region=region,
             region_names=names,
-            skin={lip: body.edges(f"{lip}_skin") for lip in self.present},
+            skin={lip: self.free_edges(lip) for lip in self.present},
             outlines=turned | walls,
         )
 

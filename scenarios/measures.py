@@ -61,8 +61,12 @@ class ContactLine:
         the last two points' pressures is extrapolated to zero, but not past the first free point:
         a count of loaded points alone would jump by what one of them stands for.
         """
-        place, length = self.place.ravel(), self.length.ravel()
-        squared = (self.load.ravel() / length) ** 2
+        place, point = np.unique(self.place, return_inverse=True)  # edges may share their ends
+        length, load = (
+            np.bincount(point.ravel(), values.ravel()).astype(float)
+            for values in (self.length, self.load)
+        )
+        squared = (load / length) ** 2
         loaded = np.concatenate([[False], squared > 0, [False]])
         firsts = np.flatnonzero(loaded[1:] & ~loaded[:-1])
         lasts = np.flatnonzero(loaded[:-1] & ~loaded[1:]) - 1

@@ -175,7 +175,7 @@ class _Trial:
         )
         places = [motion.at(float(time)) for time in times]
         obstacles = (lips.neck.upper_wall, lips.neck.lower_wall, _bore(lips.neck))
-        skin = alone.surface(f"{muscle.lip}_skin")
+        skin = alone.free_surface(muscle.lip)
         undrawn = skin.positions(np.zeros_like(skin.nodes)).reshape(-1, 2)
         near: NDArray[np.bool_] = _distances(undrawn, places, obstacles) < REACH_MM
         near_places, near_points = np.flatnonzero(near.any(axis=1)), near.any(axis=0)

@@ -368,6 +368,11 @@ ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
                 _summed("largest_penetration_teeth_mm", "{:.1f}", KILO),
             ),
             Row(
+                "deepest penetration between nodes",
+                "µm",
+                _summed("largest_penetration_between_nodes_mm", "{:.1f}", KILO),
+            ),
+            Row(
                 "largest unbalanced force, share of all forces",
                 "",
                 _summed("largest_unbalanced_force_share", "{:.1e}"),

@@ -91,8 +91,8 @@ class Model:
     region, region_names
         (e,) index of the region of each triangle, and the names (``upper_dermis``, …).
     skin
-        by lip, (m, 3) nodes (first, last, middle) of the edges of the outer skin, in order; the
-        arc length of contact fields starts at the first of them.
+        by lip, (m, 3) nodes (first, last, middle) of the edges that may touch, in order: the outer
+        skin and the lip's free inner side. The arc length of contact fields starts at the first.
     outlines
         polylines (k, 2), mm. In the neck frame ``upper_wall``, ``lower_wall`` and ``package``, what
         one sees of it from the side; in the head frame ``upper_tooth``, ``lower_tooth``,
@@ -109,10 +109,11 @@ class Model:
 
 @dataclass(frozen=True)
 class ContactField:
-    """What happens along the skin of one lip, at points of increasing reference arc length.
+    """What happens along the free surface of one lip, at its nodes in order.
 
-    All arrays are (s,): ``arc_mm`` on the undeformed skin, ``pressure_mpa``, ``shear_mpa``,
-    ``gap_mm`` and ``neck_arc_mm``, the arc length along the wall outline touched (nan where none).
+    All arrays are (s,): ``arc_mm`` on the undeformed surface, increasing, ``pressure_mpa``,
+    ``shear_mpa``, ``gap_mm`` and ``neck_arc_mm``, the arc length along the wall outline touched
+    (nan where none).
     """
 
     arc_mm: Array
