@@ -73,11 +73,11 @@ class StepSettings:
         Whether every committed state is tested for static stability.
     """
 
-    longest_s: float = field(default=0.04, metadata={"unit": "s", "help": "longest step"})
+    longest_s: float = field(default=0.08, metadata={"unit": "s", "help": "longest step"})
     shortest_s: float = field(default=1e-7, metadata={"unit": "s", "help": "shortest step"})
     travel_mm: float = field(default=0.3, metadata={"unit": "mm", "help": "motion per step"})
     accuracy_mm: float = field(
-        default=0.005, metadata={"unit": "mm", "help": "aim for errors of foresight"}
+        default=0.008, metadata={"unit": "mm", "help": "aim for errors of foresight"}
     )
     snap_s: float = field(default=0.004, metadata={"unit": "s", "help": "resolve snaps to this"})
     easy_iterations: int = field(default=7, metadata={"help": "iterations of an easy step"})

@@ -111,7 +111,7 @@ class Surface:
     def positions(self, displacement: Array) -> Array:
         """Return the deformed positions (m, q, 2) of the points, mm."""
         deformed = (self.nodes + displacement)[self.edges]
-        position: Array = np.einsum("qk,mkc->mqc", self.shape, deformed)
+        position: Array = self.shape @ deformed
         return position
 
     def stretch(self, displacement: Array) -> Array:

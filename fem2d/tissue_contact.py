@@ -203,6 +203,8 @@ class TissueContact:
         """Return forces and trial history at ``displacement`` (n, 2), mm."""
         position, normal = self._carried(displacement, before.edge, before.local)
         met, met_local, gap = self._met(displacement, before, position, normal)
+        if not np.any(gap < 0):
+            return self._apart(displacement, before, gap, met, met_local, normal)
         deformed = (self.surfaces[0].nodes + displacement)[self.edges]
         anchor = np.where(before.anchor == NONE, met, before.anchor)
         shape, _ = edge_shapes(self.edges.shape[1], before.anchor_local)
@@ -235,6 +237,22 @@ class TissueContact:
         return TissueResponse(
             float(energy @ before.weight), touching, dofs, force, points, self, displacement, before
         )
+
+    def _apart(
+        self,
+        displacement: Array,
+        before: TissueHistory,
+        gap: Array,
+        met: Index,
+        met_local: Array,
+        normal: Array,
+    ) -> TissueResponse:
+        """Return the response of surfaces of which no point touches another, the usual case."""
+        zero, never = np.zeros(len(gap)), np.zeros(len(gap), np.bool_)
+        points = TissuePoints(gap, met, met_local, normal, zero, zero, never, zero, zero, zero)
+        nobody, unknowns = np.zeros(0, np.intp), (0, 6 * self.edges.shape[1])
+        dofs, force = np.zeros(unknowns, np.intp), np.zeros(unknowns)
+        return TissueResponse(0.0, nobody, dofs, force, points, self, displacement, before)
 
     def held_friction(self, response: TissueResponse) -> TissueResponse:
         """Return the response with friction that slips held at its present value."""

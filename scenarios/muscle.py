@@ -177,7 +177,7 @@ class _Trial:
         obstacles = (lips.neck.upper_wall, lips.neck.lower_wall, _bore(lips.neck))
         skin = alone.free_surface(muscle.lip)
         undrawn = skin.positions(np.zeros_like(skin.nodes)).reshape(-1, 2)
-        near: NDArray[np.bool_] = _distances(undrawn, places, obstacles) < REACH_MM
+        near: NDArray[np.bool_] = _at_least(undrawn, places, obstacles).min(axis=0) < REACH_MM
         near_places, near_points = np.flatnonzero(near.any(axis=1)), near.any(axis=0)
         return cls(
             lips=alone,
@@ -251,16 +251,47 @@ class _Trial:
     def _clearance(self, displacement: Array) -> float:
         """Return how near the neck comes to the lip at a displacement, mm."""
         points = self.skin.positions(displacement).reshape(-1, 2)[self.reachable]
-        return float(np.min(_distances(points, self.places, self.obstacles), initial=np.inf))
+        return _distance(points, self.places, self.obstacles)
 
 
-def _distances(
+def _at_least(
     points: Array, places: Sequence[RigidPlacement], obstacles: tuple[Outline, ...]
 ) -> Array:
-    """Return the distance (t, p), mm, of points (p, 2) from outlines put at each place."""
-    local = np.array([place.pull_back(points) for place in places]).reshape(-1, 2)
-    distance: Array = np.min([outline.project(local).distance for outline in obstacles], axis=0)
-    return distance.reshape(len(places), len(points))
+    """Return how far points (p, 2) are at least from outlines put at each place (o, t, p), mm.
+
+    It is the distance from the outline's box, 0 inside it.
+    """
+    local = _seen_from(points, places)
+    far = []
+    for left, bottom, right, top in (outline.box for outline in obstacles):
+        beside = np.maximum(np.maximum(left - local[..., 0], local[..., 0] - right), 0.0)
+        above = np.maximum(np.maximum(bottom - local[..., 1], local[..., 1] - top), 0.0)
+        far.append(np.hypot(beside, above))
+    return np.array(far)
+
+
+def _distance(
+    points: Array, places: Sequence[RigidPlacement], obstacles: tuple[Outline, ...]
+) -> float:
+    """Return the smallest distance, mm, of points (p, 2) from outlines put at any of the places."""
+    if not places or len(points) == 0:
+        return np.inf
+    local = _seen_from(points, places)
+    at_least = _at_least(points, places, obstacles)
+    nearest = np.inf
+    for outline, far in zip(obstacles, at_least, strict=True):
+        # No point farther from the box than the nearest one is from the outline can be nearer.
+        first = np.unravel_index(np.argmin(far), far.shape)
+        nearest = min(nearest, float(outline.project(local[first]).distance[0]))
+        close = far <= nearest
+        if close.any():
+            nearest = min(nearest, float(outline.project(local[close]).distance.min()))
+    return nearest
+
+
+def _seen_from(points: Array, places: Sequence[RigidPlacement]) -> Array:
+    """Return points (p, 2) in the frames of bodies put at each place (t, p, 2)."""
+    return np.array([place.pull_back(points) for place in places]).reshape(-1, len(points), 2)
 
 
 def _bore(neck: NeckSection) -> Outline:
