@@ -57,9 +57,10 @@ class ContactLine:
     def contact_length(self) -> float:
         """Return the deformed length that carries load, mm.
 
-        Where contact ends, pressure falls like the root of the distance (Hertz), so the square of
-        the last two points' pressures is extrapolated to zero, but not past the first free point:
-        a count of loaded points alone would jump by what one of them stands for.
+        Where contact ends, pressure falls like the root of the distance, and its square is a
+        parabola if the contact is Hertz's: that through the last three points is followed to zero,
+        but not past the first free point. A count of loaded points alone would jump by what one of
+        them stands for.
         """
         place, point = np.unique(self.place, return_inverse=True)  # edges may share their ends
         length, load = (
@@ -88,8 +89,16 @@ def _beyond(
     room = abs(place[outside] - place[end])
     if alone:
         return float(0.5 * room)
-    inside = end - outwards
-    fall = squared[inside] - squared[end]
-    if fall <= 0:
+    inside, deeper = end - outwards, end - 2 * outwards
+    step = abs(place[end] - place[inside])
+    slope = (squared[inside] - squared[end]) / step
+    if slope <= 0:
         return float(room)
-    return float(min(room, squared[end] / fall * abs(place[end] - place[inside])))
+    bend = 0.0  # half of the second derivative; less than none is no contact's end
+    if 0 <= deeper < place.size and squared[deeper] > 0:
+        before = (squared[deeper] - squared[inside]) / abs(place[inside] - place[deeper])
+        bend = max(0.0, (slope - before) / abs(place[end] - place[deeper]))
+    # p² = p²(end) − (slope + bend step) d − bend d² at the distance d beyond the last point
+    falling = slope + bend * step
+    root = np.sqrt(falling**2 + 4 * bend * squared[end])
+    return float(min(room, 2 * squared[end] / (falling + root)))

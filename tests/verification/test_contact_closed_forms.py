@@ -76,6 +76,39 @@ def test_hertz_cylinder(element, finest, points):
     assert x[touching].max() == pytest.approx(half_width, abs=finest)
 
 
+def pressure_under_crest(edge, **points):
+    """Places and pressures, kPa, along a soft quadratic block under the flat crest of a thread.
+
+    Each place once, from the middle of the crest outwards; 1.6 mm wide, corners of 0.4 mm.
+    """
+    body = block(
+        np.linspace(-3, 3, round(6 / edge) + 1),
+        -graded(3, edge, 1.0, 1.2)[::-1],
+        linear_elastic(0.1, 0.45),
+        element="T6",
+    )
+    top = Surface(body.edges("top"), body.nodes, **points)
+    crest = Outline.from_corners([[-0.8, 0], [0.8, 0], [0.8, 3], [-0.8, 3]], 0.4)
+    system = supported(body, [RigidContact("crest", top, crest, NormalLaw(), NO_FRICTION)])
+    last = followed(system, path([0, 1], [[0, 0], [0, -0.3]]), increments=6)[-1]
+    place, first = np.unique(np.round(top.arc_length - 3.0, 9), return_index=True)
+    pressure = 1e3 * last.contacts[0].points.pressure.ravel()[first]
+    return place[place >= 0], pressure[place >= 0]
+
+
+def test_pressure_at_nodes_does_not_alternate_under_a_crest():
+    place, pressure = pressure_under_crest(0.15, at_nodes=True)
+    fine_place, fine = pressure_under_crest(0.05, at_nodes=True)
+    flat = place < 0.3
+    between = np.interp(place[flat], fine_place, fine)
+    np.testing.assert_allclose(pressure[flat], between, rtol=0.03)
+    outwards = pressure[: np.argmax(pressure) + 1]
+    assert np.all(np.diff(outwards) > -0.02 * pressure.max())
+    # Four Gauss points constrain an edge more often than it has unknowns.
+    _, alternating = pressure_under_crest(0.15, points_per_edge=4)
+    assert np.abs(np.diff(alternating, 2)).sum() > 2 * np.abs(np.diff(pressure, 2)).sum()
+
+
 def test_flat_punch_away_from_its_corners():
     # p = F'/(π √(a² − x²))
     # The lines are finest at the corner, where the exact pressure is infinite.
