@@ -8,7 +8,7 @@ from contact_models import FINE, LIP_PRESS, followed, force_on_tissue, lip_press
 
 from fem2d.friction import FrictionLaw, NormalLaw
 from fem2d.linear import Pardiso, SuperLu, fastest_solver
-from fem2d.march import MarchStatus, StepSettings, attempt, march
+from fem2d.march import SURPRISE, MarchStatus, StepSettings, attempt, march
 from fem2d.newton import NewtonSettings
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 
@@ -175,6 +175,30 @@ def test_a_plunge_into_a_rigid_body_is_rejected_but_slow_squeezing_is_not():
     assert np.diff(slowly, prepend=0).max() <= most
     assert slowly[-1] > 3 * most
     assert slowly[-1] == pytest.approx(sunk[-1], rel=0.02)
+
+
+def test_a_step_that_errs_in_its_foresight_is_taken_again_in_shorter_ones():
+    system = lip_press(20, 10, friction=FrictionLaw(0.3, 10.0), points=3)
+    motion = path([0, 1, 2], [[0, 0], [0, -1.5], [1.5, -1.5]])
+    aim, snap = 2e-4, 0.01
+
+    def surprises(snap_s):
+        commits = []
+        result = march(
+            system, motion, system.state_at_rest(0.0, motion.at(0.0), next_step_s=0.1),
+            solver=fastest_solver(),
+            steps=StepSettings(longest_s=0.1, travel_mm=np.inf, accuracy_mm=aim, snap_s=snap_s),
+            newton=FINE, on_commit=commits.append,
+        )  # fmt: skip
+        assert result.status is MarchStatus.FINISHED
+        wrong = [c.newton.correction_mm > SURPRISE * aim for c in commits]
+        return result, [c for c, surprising in zip(commits, wrong, strict=True) if surprising]
+
+    accepted, followed_anyhow = surprises(np.inf)
+    assert len(followed_anyhow) > 0
+    seen, rest = surprises(snap)
+    assert seen.cutbacks > accepted.cutbacks
+    assert all(c.duration_s <= snap for c in rest)
 
 
 def test_whoever_is_told_of_an_increment_can_stop_the_march():
