@@ -34,7 +34,7 @@ from geometry2d.chains import (
 )
 from geometry2d.curves import arc_lengths, at_arc_lengths, left_normals, nearest_arc_length
 from geometry2d.head import HeadSection
-from geometry2d.lips import FOCUS_REACH_MM, POLYLINE_SPACING_MM, lip_section
+from geometry2d.lips import POLYLINE_SPACING_MM, lip_section
 from geometry2d.outline import Outline
 from geometry2d.regions import Section
 from geometry2d.regions import SectionError as RegionError
@@ -218,7 +218,6 @@ class HeadDrawing:
             interface = self._away_from(skin[0], f"{lip}_interface")
         else:
             interface = skin + dermis_mm * left_normals(skin)
-        away = np.abs(arc_lengths(skin) - self._edge(lip, skin))
         try:
             return lip_section(
                 lip,
@@ -226,7 +225,7 @@ class HeadDrawing:
                 interface=interface,
                 inner=inner,
                 bone=bone,
-                focus=np.concatenate([skin[away <= FOCUS_REACH_MM], inner]),
+                margin=self._edge(lip, skin),
             )
         except RegionError as error:
             remedy = (

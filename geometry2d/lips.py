@@ -46,9 +46,10 @@ SMOOTHING_WIDTH_MM = 0.6
 """Gaussian width that evens out the curvature; moves a lip margin of radius 5 mm by 0.04 mm."""
 DERMIS_BLEND_MM = 3.0
 """Arc length over which the dermis goes from its thickness on the skin to that on the vermilion."""
-FOCUS_REACH_MM = 24.0
-"""How far out from the lip margin a package may touch, along the skin: nearly up to the nose. On
-the inner side it may touch everywhere that is free: a lip that embraces a neck lies on it so."""
+OUTER_REACH_MM = {"upper": 24.0, "lower": 12.0}
+INNER_REACH_MM = 14.0
+"""How far from the lip margin a package may touch, along the skin (the rim of a wide neck nearly up
+to the nose) and along the inner side (a lip that embraces a neck lies on it so)."""
 INSIDE_HEADING_DEG = 68.0
 """Slope of a lip's inner side where the lip is thickest."""
 ANGLE_CORRECTIONS = 3
@@ -166,7 +167,7 @@ class Lip:
             interface=placed(interface),
             inner=placed(inner),
             bone=placed(bone),
-            focus=placed(np.concatenate([skin[np.abs(s - self.margin) <= FOCUS_REACH_MM], inner])),
+            margin=self.margin - low,
         )
 
     def _thickness(self, s: Array, m: HeadMeasurements) -> Array:
@@ -190,7 +191,7 @@ class Lip:
 
 
 def lip_section(
-    name: str, *, skin: Array, interface: Array, inner: Array, bone: Array, focus: Array
+    name: str, *, skin: Array, interface: Array, inner: Array, bone: Array, margin: float
 ) -> Section:
     """Return a lip as regions "dermis" and "bulk" between curves with the tissue on their left.
 
@@ -203,8 +204,9 @@ def lip_section(
         (n, 2) outer and inner side of the dermis, mm, in the same direction.
     inner, bone
         (n, 2) free inner side and tie to bone, mm. From bone to skin the section is cut straight.
-    focus
-        (n, 2) points of skin and inner side around which a mesh should be finest.
+    margin
+        Arc length, mm, of the lip's edge along the skin. The mesh is finest where a package may
+        touch around it.
 
     Raises
     ------
@@ -231,8 +233,20 @@ def lip_section(
             "bone": ("bone",),
             "cut": ("cut_dermis", "cut_bulk"),
         },
-        focus=focus,
+        focus=_reachable(name, skin, inner, margin),
         layer_curves=("skin", "interface", "inner"),
+    )
+
+
+def _reachable(name: str, skin: Array, inner: Array, margin: float) -> Array:
+    """Return the points (n, 2) of skin and inner side that a package may touch."""
+    along_skin, along_inner = arc_lengths(skin), arc_lengths(inner)
+    if name == "upper":
+        outwards, inwards = along_skin - margin, margin + along_inner[-1] - along_inner
+    else:
+        outwards, inwards = margin - along_skin, along_skin[-1] - margin + along_inner
+    return np.concatenate(
+        [skin[outwards <= OUTER_REACH_MM[name]], inner[inwards <= INNER_REACH_MM]]
     )
 
 

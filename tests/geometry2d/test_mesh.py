@@ -112,16 +112,17 @@ def test_lips_are_two_bodies_in_one_mesh():
     assert not set(mesh.t[:, upper].ravel()) & set(mesh.t[:, lower].ravel())
 
 
-def test_edges_are_as_long_as_the_size_field_asks_near_contact():
+@pytest.mark.parametrize(("lip", "reach_mm"), [("upper", 20.0), ("lower", 9.0)])
+def test_edges_are_as_long_as_the_size_field_asks_near_contact(lip, reach_mm):
     mesh = lips("fine")
     size = LEVELS["fine"]
-    facets = mesh.boundaries["lower_skin"]
+    facets = mesh.boundaries[f"{lip}_skin"]
     points = mesh.p.T[mesh.facets[:, facets]]
-    margin = head().landmarks["stomion_lower"]
-    skin = head().lower.curves["skin"]
+    margin = head().landmarks[f"stomion_{lip}"]
+    skin = getattr(head(), lip).curves["skin"]
     at = nearest_arc_length(skin, margin)
     along = np.array([nearest_arc_length(skin, p) for p in points.mean(axis=0)])
-    near = np.abs(along - at) < 18.0
+    near = np.abs(along - at) < reach_mm
     length = np.hypot(*(points[1] - points[0]).T)
     np.testing.assert_allclose(length[near], size.contact_mm, rtol=0.06)
     assert length.max() <= size.layer_mm * 1.06

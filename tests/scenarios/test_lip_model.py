@@ -42,7 +42,7 @@ def test_edges_that_may_touch_a_package_are_fine_on_both_sides_of_the_margin(lip
     for part in ("skin", "inner"):
         ends = nodes[lips.body.edges(f"{lip}_{part}")[:, :2]]
         middle = ends.mean(axis=1)
-        near = np.linalg.norm(middle - lips.head.landmarks[f"stomion_{lip}"], axis=1) < 12
+        near = np.linalg.norm(middle - lips.head.landmarks[f"stomion_{lip}"], axis=1) < 8
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         assert near.any()
         assert length[near].max() < 0.75
