@@ -283,9 +283,8 @@ def _distance(
         # No point farther from the box than the nearest one is from the outline can be nearer.
         first = np.unravel_index(np.argmin(far), far.shape)
         nearest = min(nearest, float(outline.project(local[first]).distance[0]))
-        close = far <= nearest
-        if close.any():
-            nearest = min(nearest, float(outline.project(local[close]).distance.min()))
+        close = far <= max(nearest, 0.0)
+        nearest = float(np.min(outline.project(local[close]).distance, initial=nearest))
     return nearest
 
 
