@@ -137,12 +137,12 @@ class InParts:
     Parameters
     ----------
     part
-        Makes the solver of a part.
+        The kind of solver that each part gets.
     """
 
-    def __init__(self, part: Callable[[], DirectSolver]) -> None:
+    def __init__(self, part: type[Pardiso] | type[SuperLu]) -> None:
         self._part = part
-        self.name = part().name
+        self.name = part.name
         self._matrix: sp.csr_matrix | None = None
         self._parts: tuple[_Part, ...] = ()
 
