@@ -184,6 +184,8 @@ def replay(
     about = diary.about()
     sentence += diary.unstable_in_words()
     sentence += crushed_in_words(about["largest_penetration_neck_mm"])
+    if finished and not _neighbourhood(system)(motion.at(end_s)):
+        sentence += hooked_in_words(diary.touching)
     return Outcome(finished, sentence, about | ready.about())
 
 
@@ -194,6 +196,17 @@ def crushed_in_words(deepest_mm: float) -> str:
     return (
         f"; the neck went {deepest_mm:.2f} mm into a lip, as if driven into the teeth: do not "
         "trust what follows, and move the package with placement.shift_x_mm"
+    )
+
+
+def hooked_in_words(touching: tuple[str, ...]) -> str:
+    """Return that lips are on a neck that has left them, to be added to a sentence."""
+    if not touching:
+        return ""
+    lips = " and ".join(touching)
+    return (
+        f"; the {lips} lip still hung on the neck at the end, as if caught by the thread: a person "
+        "would have let go, so do not trust what was drawn along"
     )
 
 
@@ -221,6 +234,7 @@ class _Diary:
         self._extremes = dict.fromkeys(_EXTREMES, 0.0)
         self._unstable: tuple[Passage, ...] = ()
         self._last_s = start_s
+        self.touching: tuple[str, ...] = ()
         if resume_from is not None:
             kept = resume_from.state
             self._extremes = dict(zip(_EXTREMES, kept["extremes"].tolist(), strict=True))
@@ -248,6 +262,7 @@ class _Diary:
                 f"{lip}_lip_force_y_n": float(force[1]),
             }
         self._remember(commit)
+        self.touching = tuple(lip for lip, line in lines.items() if np.any(line.load > 0))
         x, y = self._told(state.placement.shift_mm).tolist()
         return Increment(
             time_s=state.time_s,
@@ -428,6 +443,22 @@ def _passage(row: list[float]) -> Passage:
 def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
     """Return when the neck comes near the undeformed lips, and when it has left them for good."""
     times = np.linspace(motion.time_s[0], motion.time_s[-1], 4 * motion.time_s.size)
+    near = _neighbourhood(system)
+    first = next((k for k in range(len(times)) if near(motion.at(float(times[k])))), None)
+    if first is None:
+        raise ScenarioError(
+            f"the neck never comes nearer than {NEAR_MM:g} mm to a lip: check the marker file's "
+            "scale, or shift the package with --set placement.shift_x_mm=…"
+        )
+    last = next(k for k in reversed(range(len(times))) if near(motion.at(float(times[k]))))
+    return (
+        float(times[max(first - 1, 0)]),
+        float(min(times[min(last + 1, len(times) - 1)] + AFTER_RELEASE_S, times[-1])),
+    )
+
+
+def _neighbourhood(system: System) -> Callable[[RigidPlacement], bool]:
+    """Return what tells whether the neck is near the undeformed lips."""
     nothing = np.zeros_like(system.body.nodes)
     moving = [
         (pair.outline, pair.surface.positions(nothing).reshape(-1, 2))
@@ -435,24 +466,13 @@ def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
         if pair.moving
     ]
 
-    def near(time: float) -> bool:
-        place = motion.at(float(time))
+    def near(place: RigidPlacement) -> bool:
         return any(
             np.min(outline.project(place.pull_back(skin)).distance) < NEAR_MM
             for outline, skin in moving
         )
 
-    first = next((k for k in range(len(times)) if near(times[k])), None)
-    if first is None:
-        raise ScenarioError(
-            f"the neck never comes nearer than {NEAR_MM:g} mm to a lip: check the marker file's "
-            "scale, or shift the package with --set placement.shift_x_mm=…"
-        )
-    last = next(k for k in reversed(range(len(times))) if near(times[k]))
-    return (
-        float(times[max(first - 1, 0)]),
-        float(min(times[min(last + 1, len(times) - 1)] + AFTER_RELEASE_S, times[-1])),
-    )
+    return near
 
 
 def _kept(state: State) -> dict[str, Array]:
