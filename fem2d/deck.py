@@ -275,10 +275,18 @@ def _contact_surfaces(system: System) -> dict[str, Surface]:
 
 
 def _surface_name(body: Body, surface: Surface) -> str:
-    for name in sorted(body.mesh.boundaries or {}):
-        if np.array_equal(body.edges(name), surface.edges):
-            return f"{name.upper()}_FACES"
-    raise DeckError("a contact surface is no named boundary of the mesh: name it")
+    """Return a name made of those of the boundaries that the surface consists of."""
+    wanted = {tuple(edge) for edge in surface.edges.tolist()}
+    parts = {
+        name: edges
+        for name in sorted(body.mesh.boundaries or {})
+        if (edges := {tuple(edge) for edge in body.edges(name).tolist()}) <= wanted
+    }
+    if set().union(*parts.values()) != wanted:
+        raise DeckError(
+            "a contact surface consists of no named boundaries of the mesh: name its parts"
+        )
+    return "_".join([*(name.upper() for name in parts), "FACES"])
 
 
 def _outlines(system: System, motion: RigidMotion, start_s: float) -> dict[str, Outline]:
