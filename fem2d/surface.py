@@ -83,13 +83,13 @@ class Surface:
                 f"edges of shape {self.edges.shape} carry no contact: give (m, 2) or (m, 3)"
             )
         if self.at_nodes:
-            local, gauss_weight = NODAL_RULES[self.edges.shape[1]]
+            local, local_weight = NODAL_RULES[self.edges.shape[1]]
         else:
-            local, gauss_weight = np.polynomial.legendre.leggauss(self.points_per_edge)
-            local, gauss_weight = 0.5 * (local + 1), 0.5 * gauss_weight
+            local, local_weight = np.polynomial.legendre.leggauss(self.points_per_edge)
+            local, local_weight = 0.5 * (local + 1), 0.5 * local_weight
         shape, slope = edge_shapes(self.edges.shape[1], local)
         speed = np.linalg.norm(np.einsum("qk,mkc->mqc", slope, self.nodes[self.edges]), axis=-1)
-        length = speed @ gauss_weight
+        length = speed @ local_weight
         start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
         radius = np.einsum("qk,mk->mq", shape, self.nodes[self.edges][..., 0])
         depth = 2 * np.pi * radius if self.axisymmetric else self.thickness_mm
@@ -97,7 +97,7 @@ class Surface:
             ("shape", shape),
             ("slope", slope),
             ("reference_speed", speed),
-            ("weight", speed * gauss_weight * depth),
+            ("weight", speed * local_weight * depth),
             ("arc_length", start[:, None] + local * length[:, None]),
         ):
             object.__setattr__(self, name, value)

@@ -185,7 +185,7 @@ def replay(
     sentence += diary.unstable_in_words()
     sentence += crushed_in_words(about["largest_penetration_neck_mm"])
     if finished and not _neighbourhood(system)(motion.at(end_s)):
-        sentence += hooked_in_words(diary.touching)
+        sentence += hooked_in_words(_touching(system, result.state))
     return Outcome(finished, sentence, about | ready.about())
 
 
@@ -234,7 +234,6 @@ class _Diary:
         self._extremes = dict.fromkeys(_EXTREMES, 0.0)
         self._unstable: tuple[Passage, ...] = ()
         self._last_s = start_s
-        self.touching: tuple[str, ...] = ()
         if resume_from is not None:
             kept = resume_from.state
             self._extremes = dict(zip(_EXTREMES, kept["extremes"].tolist(), strict=True))
@@ -262,7 +261,6 @@ class _Diary:
                 f"{lip}_lip_force_y_n": float(force[1]),
             }
         self._remember(commit)
-        self.touching = tuple(lip for lip, line in lines.items() if np.any(line.load > 0))
         x, y = self._told(state.placement.shift_mm).tolist()
         return Increment(
             time_s=state.time_s,
@@ -403,7 +401,8 @@ class _Diary:
             name = f"largest_penetration_{'neck' if pair.moving else 'teeth'}_mm"
             seen[name] = max(seen[name], -float(np.min(touch.points.gap)))
             between = pair.deepest(commit.state.displacement, placement, touch)
-            seen[BETWEEN] = max(seen[BETWEEN], between)
+            name = "largest_penetration_between_nodes_mm"
+            seen[name] = max(seen[name], between)
         seen["largest_strain_energy_nmm"] = commit.energies.strain
         seen["largest_kinetic_energy_nmm"] = commit.energies.kinetic
         if commit.newton.force_scale > NewtonSettings().force_floor_n:
@@ -411,12 +410,10 @@ class _Diary:
         self._extremes = {name: max(self._extremes[name], seen[name]) for name in _EXTREMES}
 
 
-BETWEEN = "largest_penetration_between_nodes_mm"
-
 _EXTREMES = (
     "largest_penetration_neck_mm",
     "largest_penetration_teeth_mm",
-    BETWEEN,
+    "largest_penetration_between_nodes_mm",
     "largest_unbalanced_force_share",
     "largest_strain_energy_nmm",
     "largest_kinetic_energy_nmm",
@@ -473,6 +470,17 @@ def _neighbourhood(system: System) -> Callable[[RigidPlacement], bool]:
         )
 
     return near
+
+
+def _touching(system: System, state: State) -> tuple[str, ...]:
+    """Return the lips that touch the neck in a committed state."""
+    touches = system.contact_responses(state.displacement, state.placement, state)
+    pressed = [
+        pair.name
+        for pair, touch in zip(system.contacts, touches, strict=True)
+        if pair.moving and touch.edges.size
+    ]
+    return tuple(lip for lip in LIPS if any(name.startswith(lip) for name in pressed))
 
 
 def _kept(state: State) -> dict[str, Array]:

@@ -177,7 +177,9 @@ class _Trial:
         obstacles = (lips.neck.upper_wall, lips.neck.lower_wall, _bore(lips.neck))
         skin = alone.free_surface(muscle.lip)
         undrawn = skin.positions(np.zeros_like(skin.nodes)).reshape(-1, 2)
-        near: NDArray[np.bool_] = _at_least(undrawn, places, obstacles).min(axis=0) < REACH_MM
+        near: NDArray[np.bool_] = (
+            _at_least(_seen_from(undrawn, places), obstacles).min(axis=0) < REACH_MM
+        )
         near_places, near_points = np.flatnonzero(near.any(axis=1)), near.any(axis=0)
         return cls(
             lips=alone,
@@ -254,14 +256,11 @@ class _Trial:
         return _distance(points, self.places, self.obstacles)
 
 
-def _at_least(
-    points: Array, places: Sequence[RigidPlacement], obstacles: tuple[Outline, ...]
-) -> Array:
-    """Return how far points (p, 2) are at least from outlines put at each place (o, t, p), mm.
+def _at_least(local: Array, obstacles: tuple[Outline, ...]) -> Array:
+    """Return how far points (t, p, 2) are at least from outlines (o, t, p), mm.
 
     It is the distance from the outline's box, 0 inside it.
     """
-    local = _seen_from(points, places)
     far = []
     for left, bottom, right, top in (outline.box for outline in obstacles):
         beside = np.maximum(np.maximum(left - local[..., 0], local[..., 0] - right), 0.0)
@@ -277,9 +276,8 @@ def _distance(
     if not places or len(points) == 0:
         return np.inf
     local = _seen_from(points, places)
-    at_least = _at_least(points, places, obstacles)
     nearest = np.inf
-    for outline, far in zip(obstacles, at_least, strict=True):
+    for outline, far in zip(obstacles, _at_least(local, obstacles), strict=True):
         # No point farther from the box than the nearest one is from the outline can be nearer.
         first = np.unravel_index(np.argmin(far), far.shape)
         nearest = min(nearest, float(outline.project(local[first]).distance[0]))

@@ -76,9 +76,10 @@ def test_histories_do_not_jump(solution: Solution):
 def test_no_point_of_a_lip_lies_inside_neck_or_teeth(name: str, tmp_path: Path):
     """Nodes not at all, to 0.005 mm; edges between them no more than their parabolas must."""
     scenario = read_scenario(name, ["solver.resolution=coarse"])
-    recording = scenario.recording
-    out = tmp_path / "motion"
-    scenario = scenario.with_motion(convert_recording(recording, out, progress=silent).motion)
+    conversion = convert_recording(
+        scenario.recording, tmp_path / "motion", progress=lambda share, what: None
+    )
+    scenario = scenario.with_motion(conversion.motion)
     ready = prepared(scenario)
     deepest = {"nodes": -np.inf, "edges": -np.inf}
 
@@ -119,10 +120,6 @@ def _overlaps(ready: Prepared, increment: Increment) -> Iterator[tuple[str, floa
                 points = np.einsum("k,mkc->mc", shape, deformed[edges])
                 allowed = spacing**2 / (8 * radius) + bends
                 yield "edges", _depth(points, outlines, placement, allowed)
-
-
-def silent(share, what):
-    """Take progress and say nothing."""
 
 
 def _depth(points, outlines, placement, allowed=0.0) -> float:
