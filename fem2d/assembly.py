@@ -7,12 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from fem2d.kinematics import AXISYMMETRIC, STRESS, stretches_of
+from fem2d.kinematics import AXISYMMETRIC
 from fem2d.materials.fibres import FIBRES, fibres_volume
 from fem2d.materials.material import Array
 from fem2d.materials.powers import powers_volume
-from fem2d.section_fibres import fibres_section, fibres_thickness
-from fem2d.section_powers import powers_section, powers_thickness
+from fem2d.section_fibres import fibres_section
+from fem2d.section_powers import powers_section
 from geometry2d.compiled import compiled
 
 Index = NDArray[np.int64]
@@ -48,39 +48,22 @@ def volume_response(row: Array, v: float) -> tuple[float, float, float]:
 
 
 @compiled
-def section_thickness(row: Array, x: Array) -> float:
-    """Return the plane-stress thickness stretch at section entries ``x`` (5,), nan if none."""
-    s1, s2, determinant = stretches_of(x[0], x[1], x[2], x[3])
-    if not (determinant > 0.0 and s2 > 0.0):
-        return math.nan
-    if row[0] == FIBRES:
-        v, found = fibres_thickness(row, x, determinant)
-        return math.exp(v) / determinant if found else math.nan
-    e1, e2 = math.log(s1), math.log(s2)
-    v, found = powers_thickness(row, e1, e2)
-    return math.exp(v - e1 - e2) if found else math.nan
-
-
-@compiled
 def section_entries(
     u: Array,
     connectivity: Index,
     gradients: Array,
     values: Array,
     radius: Array,
-    rows: Array,
-    row_of: Index,
     plane: int,
     entries: Array,
 ) -> None:
-    """Fill the section entries (e, q, 5) of every integration point, F₃₃ included."""
+    """Fill the section entries (e, q, 5) of every integration point; in plane stress F₃₃ is 1."""
     elements, points = radius.shape
     for e in range(elements):
         for q in range(points):
-            x = entries[e, q]
-            gradient_at(u, connectivity[e], gradients[e, q], values[q], radius[e, q], plane, x)
-            if plane == STRESS:
-                x[4] = section_thickness(rows[row_of[e]], x)
+            gradient_at(
+                u, connectivity[e], gradients[e, q], values[q], radius[e, q], plane, entries[e, q]
+            )
 
 
 @compiled
@@ -89,7 +72,8 @@ def section_stresses(
 ) -> None:
     """Fill ψ (e, q) and the first Piola–Kirchhoff stress (e, q, 5) at section entries (e, q, 5).
 
-    A point that is not admissible gets an infinite energy.
+    In plane stress the entries get their F₃₃. A point that is not admissible gets an infinite
+    energy.
     """
     A, block, scratch = np.zeros((5, 5)), np.empty((3, 3)), np.empty((6, 6))
     elements, points = energy.shape
@@ -99,8 +83,6 @@ def section_stresses(
                 rows[row_of[e]], plane, entries[e, q], 0.0, False, 1, False, stress[e, q], A, block,
                 scratch,
             )  # fmt: skip
-            if plane == STRESS:
-                stress[e, q, 4] = 0.0
 
 
 @compiled

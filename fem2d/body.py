@@ -222,19 +222,17 @@ class Body:
             self.tables.gradients,
             self.tables.values,
             self._radius,
-            self._rows,
-            self.material_of,
             self.plane.value,
             entries,
         )
+        piola, energy = np.zeros_like(entries), np.empty(self.weights.shape)
+        section_stresses(entries, self._rows, self.material_of, self.plane.value, energy, piola)
         F = np.zeros((*self.weights.shape, 3, 3))
         F[..., :2, :2] = entries[..., :4].reshape(*self.weights.shape, 2, 2)
         F[..., 2, 2] = entries[..., 4]
         F11, F12, F21, F22, F33 = np.moveaxis(entries, -1, 0)
         J = (F11 * F22 - F12 * F21) * F33
         mean_J = np.sum(self.weights * J, axis=1) / np.sum(self.weights, axis=1)
-        piola, energy = np.zeros_like(entries), np.empty_like(J)
-        section_stresses(entries, self._rows, self.material_of, self.plane.value, energy, piola)
         if not np.all(np.isfinite(energy)):
             at = np.unravel_index(np.argmax(~np.isfinite(energy)), energy.shape)
             raise MaterialError(

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from fem2d.assembly import section_response, section_thickness
+from fem2d.assembly import section_response
 from fem2d.kinematics import STRESS
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.material import Array, Material
@@ -216,10 +216,7 @@ def _state(row: Array, mode: Mode, log_stretch: float, guess: float) -> State | 
         admissible = evaluate(root)[1]
     if not admissible:
         return None
-    thickness = section_thickness(row, x)
-    if not math.isfinite(thickness):
-        return None
-    return (stretch, float(x[3]), thickness), float(P[0])
+    return (stretch, float(x[3]), float(x[4])), float(P[0])
 
 
 def _free_side(evaluate: Callable[[float], tuple[float, bool]], guess: float) -> float | None:

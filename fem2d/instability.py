@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.linalg import eigsh
+from scipy.sparse.linalg import LinearOperator, eigsh
 
-from fem2d.linear import negative_pivots
+from fem2d.linear import negative_pivots, symmetric_solver
 
 Array = NDArray[np.float64]
 
@@ -119,7 +119,8 @@ def softest_mode(symmetric: sp.csr_matrix) -> Array:
     # Shifted to just below the spectrum, inverse iteration finds its lowest end in a few steps.
     while negative_pivots((symmetric - below * identity).tocsr()) > 0:
         below *= 10
+    inverse = LinearOperator(symmetric.shape, matvec=symmetric_solver().solve, dtype=float)
     start = np.ones(symmetric.shape[0])
-    _, vectors = eigsh(symmetric.tocsc(), k=1, sigma=below, which="LM", v0=start, tol=1e-4)
+    _, vectors = eigsh(symmetric, k=1, sigma=below, which="LM", v0=start, tol=1e-4, OPinv=inverse)
     mode: Array = vectors[:, 0]
     return mode

@@ -85,11 +85,11 @@ class Pardiso:
     _PARAMETERS: tuple[tuple[int, int], ...] = ((1, 1), (2, 2), (8, 0), (10, 13))
 
     def __init__(self) -> None:
-        from pypardiso import PyPardisoSolver
-
         library = _mkl_library()
         if library is not None:
             os.environ.setdefault("PYPARDISO_MKL_RT", library)
+        from pypardiso import PyPardisoSolver
+
         self._library = PyPardisoSolver(mtype=self._MATRIX_TYPE)
         self._library.libmkl.MKL_Set_Num_Threads(1)
         for number, value in self._PARAMETERS:
@@ -121,9 +121,9 @@ class Pardiso:
             raise SingularMatrixError(f"PARDISO: {error}") from error
         return solution
 
-    def __del__(self) -> None:
+    def __del__(self, at_exit: Callable[[], bool] = sys.is_finalizing) -> None:
         matrix = getattr(self, "_matrix", None)
-        if matrix is not None and not sys.is_finalizing():
+        if matrix is not None and not at_exit():
             self._call(self._FREE, matrix, np.zeros(matrix.shape[0]))
 
 
@@ -227,7 +227,8 @@ def _same_pattern(one: sp.csr_matrix, other: sp.csr_matrix) -> bool:
 def _mkl_library() -> str | None:
     """Return where MKL's own wheel says that its library is, or None.
 
-    Left to itself, the wrapper searches the whole environment for it, half a second a solver.
+    Left to itself, the wrapper searches the whole environment for it when it is imported and for
+    every solver: half a second each, five where nothing is in the disk's cache yet.
     """
     try:
         installed = files("mkl") or []
@@ -236,55 +237,85 @@ def _mkl_library() -> str | None:
     return next((str(file.locate()) for file in installed if "mkl_rt" in file.name), None)
 
 
+class SymmetricSolver(DirectSolver, Protocol):
+    """Factorises symmetric matrices, which may be indefinite, and knows their inertia."""
+
+    def negative_pivots(self) -> int:
+        """Return the number of negative eigenvalues of the matrix factorised last.
+
+        By Sylvester's law of inertia it is the number of negative pivots.
+        """
+
+
+class SymmetricPardiso(Pardiso):
+    """PARDISO with Bunch and Kaufman's pivots; it is given the upper triangle."""
+
+    _MATRIX_TYPE = -2
+    _PARAMETERS = ((1, 1), (2, 2), (10, 13))
+    _NEGATIVE_PIVOTS = 23
+
+    def factorise(self, matrix: sp.csr_matrix) -> None:
+        """Factorise; raises `SingularMatrixError`."""
+        super().factorise(_upper_triangle(matrix))
+
+    def negative_pivots(self) -> int:
+        """Return the number of negative eigenvalues of the matrix factorised last."""
+        return int(self._library.get_iparm(self._NEGATIVE_PIVOTS))
+
+
+class SymmetricSuperLu(SuperLu):
+    """SuperLU with its pivots kept on the diagonal."""
+
+    def factorise(self, matrix: sp.csr_matrix) -> None:
+        """Factorise; raises `SingularMatrixError` if a pivot vanishes."""
+        self._factor = splu(
+            matrix.tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+        if not np.array_equal(self._factor.perm_r, self._factor.perm_c):
+            raise SingularMatrixError("a pivot on the diagonal vanished: the inertia is not known")
+
+    def negative_pivots(self) -> int:
+        """Return the number of negative eigenvalues of the matrix factorised last."""
+        return int(np.sum(self._factor.U.diagonal() < 0))
+
+
+@cache
+def symmetric_solver() -> SymmetricSolver:
+    """Return PARDISO where its wheel is installed, SuperLU elsewhere.
+
+    Always the same one: analysing the pattern of a run's matrices takes three times as long as
+    factorising.
+    """
+    try:
+        return SymmetricPardiso()
+    except ImportError:
+        return SymmetricSuperLu()
+
+
 def negative_pivots(symmetric: sp.csr_matrix) -> int:
     """Return the number of negative eigenvalues of a symmetric matrix.
-
-    By Sylvester's law of inertia it is the number of negative pivots of a symmetric factorisation:
-    PARDISO's Bunch–Kaufman where available, else SuperLU kept on the diagonal.
 
     Raises
     ------
     SingularMatrixError
         If a pivot vanishes.
     """
-    try:
-        return _negative_pivots_pardiso(symmetric)
-    except ImportError:
-        return _negative_pivots_superlu(symmetric)
+    solver = symmetric_solver()
+    solver.factorise(symmetric)
+    return solver.negative_pivots()
 
 
-def _negative_pivots_pardiso(symmetric: sp.csr_matrix) -> int:
-    return _symmetric_pardiso().negative_pivots(sp.triu(symmetric, format="csr"))
-
-
-class _SymmetricPardiso(Pardiso):
-    """PARDISO for symmetric indefinite matrices, of which it is given the upper triangle."""
-
-    _MATRIX_TYPE = -2
-    _PARAMETERS = ((1, 1), (2, 2), (10, 13))
-    _NEGATIVE_PIVOTS = 23
-
-    def negative_pivots(self, upper: sp.csr_matrix) -> int:
-        self.factorise(upper)
-        return int(self._library.get_iparm(self._NEGATIVE_PIVOTS))
-
-
-@cache
-def _symmetric_pardiso() -> _SymmetricPardiso:
-    # Made once: analysing the pattern of a run's matrices takes three times as long as factorising.
-    return _SymmetricPardiso()
-
-
-def _negative_pivots_superlu(symmetric: sp.csr_matrix) -> int:
-    factor = splu(
-        symmetric.tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
+def _upper_triangle(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """Return the upper triangle; scipy's own takes longer than the factors are worth."""
+    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+    kept = matrix.indices >= rows
+    before = np.concatenate([[0], np.cumsum(kept)])
+    return sp.csr_matrix(
+        (matrix.data[kept], matrix.indices[kept], before[matrix.indptr]), matrix.shape
     )
-    if not np.array_equal(factor.perm_r, factor.perm_c):
-        raise SingularMatrixError("a pivot on the diagonal vanished: the inertia is not known")
-    return int(np.sum(factor.U.diagonal() < 0))
 
 
 def fastest_solver() -> DirectSolver:

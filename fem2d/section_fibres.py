@@ -69,7 +69,7 @@ def fibres_section(
         v, found = fibres_thickness(row, x, determinant)
         if not found:
             return math.inf, False
-        f33 = math.exp(v) / determinant
+        f33 = x[4] = math.exp(v) / determinant
     else:
         if not f33 > 0.0:
             return math.inf, False

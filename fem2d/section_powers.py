@@ -98,10 +98,10 @@ def powers_section(
     """Return ψ of a sum of powers at section entries ``x`` (5,), and whether x is admissible.
 
     ``order`` 0 computes the energy only, 1 also the stress ``P`` (5,), 2 also the tangent ``A``
-    (5, 5), clamped to positive semi-definite if ``projected``. In plane stress entry 5 is ignored
-    and condensed out. If ``mixed``, the volumetric energy is left to the caller (it belongs to the
-    element, not to the point) and ``pressure`` is its derivative with respect to J. ``block``
-    (3, 3) and ``scratch`` (6, 6) are work space.
+    (5, 5), clamped to positive semi-definite if ``projected``. In plane stress entry 5 of ``x`` is
+    found and filled, and condensed out of ``A``. If ``mixed``, the volumetric energy is left to the
+    caller (it belongs to the element, not to the point) and ``pressure`` is its derivative with
+    respect to J. ``block`` (3, 3) and ``scratch`` (6, 6) are work space.
     """
     s1, s2, determinant = stretches_of(x[0], x[1], x[2], x[3])
     if not (determinant > 0.0 and s2 > 0.0):
@@ -113,6 +113,7 @@ def powers_section(
         if not found:
             return math.inf, False
         e3 = v - e1 - e2
+        x[4] = math.exp(e3)
     else:
         s3 = x[4]
         if not s3 > 0.0:
