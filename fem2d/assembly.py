@@ -75,7 +75,7 @@ def section_stresses(
     In plane stress the entries get their F₃₃. A point that is not admissible gets an infinite
     energy.
     """
-    A, block, scratch = np.zeros((5, 5)), np.empty((3, 3)), np.empty((6, 6))
+    A, block, scratch = np.zeros((5, 5)), np.empty((3, 3)), np.empty((max(6, rows.shape[1]), 6))
     elements, points = energy.shape
     for e in range(elements):
         for q in range(points):
@@ -174,9 +174,9 @@ def assemble(
     count = connectivity.shape[1]
     points = weights.shape[1]
     x, P = np.empty(5), np.empty(5)
-    A, block, scratch = np.zeros((5, 5)), np.empty((3, 3)), np.empty((6, 6))
+    A, block, scratch = np.zeros((5, 5)), np.empty((3, 3)), np.empty((max(6, rows.shape[1]), 6))
     n = 2 * count
-    fe, ke, T = np.empty(n), np.empty((n, n)), np.empty((5, n))
+    fe, ke = np.empty(n), np.empty((n, n))
     dJ = np.empty(n)
     energy = 0.0
     for e in range(first, last):
@@ -218,7 +218,7 @@ def assemble(
                     dJ[2 * a] += w * (x[4] * (x[3] * gx - x[2] * gy) + area * shape[a] * hoop)
                     dJ[2 * a + 1] += w * x[4] * (x[0] * gy - x[1] * gx)
             if order == 2:
-                add_stiffness(w, A, grads, shape, hoop, plane == AXISYMMETRIC, T, ke)
+                add_stiffness(w, A, grads, shape, hoop, plane == AXISYMMETRIC, ke)
         if not admissible:
             energy = math.inf
             continue
@@ -247,21 +247,30 @@ def assemble(
 
 @compiled
 def add_stiffness(
-    w: float, A: Array, grads: Array, shape: Array, hoop: float, third: bool, T: Array, ke: Array
+    w: float, A: Array, grads: Array, shape: Array, hoop: float, third: bool, ke: Array
 ) -> None:
-    """Add ``w · Bᵀ A B`` of one point to the upper triangle of an element stiffness."""
-    count = grads.shape[0]
-    for b in range(count):
-        gx, gy = grads[b, 0], grads[b, 1]
-        for m in range(5 if third else 4):
-            T[m, 2 * b] = w * (A[m, 0] * gx + A[m, 1] * gy)
-            T[m, 2 * b + 1] = w * (A[m, 2] * gx + A[m, 3] * gy)
-            if third:
-                T[m, 2 * b] += w * A[m, 4] * shape[b] * hoop
-    for a in range(count):
-        gx, gy = grads[a, 0], grads[a, 1]
-        for c in range(2 * a, 2 * count):
-            ke[2 * a, c] += gx * T[0, c] + gy * T[1, c]
-            ke[2 * a + 1, c] += gx * T[2, c] + gy * T[3, c]
-            if third:
-                ke[2 * a, c] += shape[a] * hoop * T[4, c]
+    """Add ``w · Bᵀ A B`` of one point to the upper triangle of an element stiffness.
+
+    Node b moving along x (y) changes entry m of P by x_m (y_m); ∇N_a takes that to forces.
+    """
+    for b in range(grads.shape[0]):
+        gx, gy = w * grads[b, 0], w * grads[b, 1]
+        x0, y0 = A[0, 0] * gx + A[0, 1] * gy, A[0, 2] * gx + A[0, 3] * gy
+        x1, y1 = A[1, 0] * gx + A[1, 1] * gy, A[1, 2] * gx + A[1, 3] * gy
+        x2, y2 = A[2, 0] * gx + A[2, 1] * gy, A[2, 2] * gx + A[2, 3] * gy
+        x3, y3 = A[3, 0] * gx + A[3, 1] * gy, A[3, 2] * gx + A[3, 3] * gy
+        if third:
+            ring = w * hoop * shape[b]
+            x0, x1 = x0 + A[0, 4] * ring, x1 + A[1, 4] * ring
+            x2, x3 = x2 + A[2, 4] * ring, x3 + A[3, 4] * ring
+            x4 = A[4, 0] * gx + A[4, 1] * gy + A[4, 4] * ring
+            y4 = A[4, 2] * gx + A[4, 3] * gy
+            for a in range(b + 1):
+                ke[2 * a, 2 * b] += shape[a] * hoop * x4
+                ke[2 * a, 2 * b + 1] += shape[a] * hoop * y4
+        for a in range(b + 1):
+            hx, hy = grads[a, 0], grads[a, 1]
+            ke[2 * a, 2 * b] += hx * x0 + hy * x1
+            ke[2 * a, 2 * b + 1] += hx * y0 + hy * y1
+            ke[2 * a + 1, 2 * b] += hx * x2 + hy * x3
+            ke[2 * a + 1, 2 * b + 1] += hx * y2 + hy * y3

@@ -198,7 +198,7 @@ def _state(row: Array, mode: Mode, log_stretch: float, guess: float) -> State | 
     stretch = math.exp(log_stretch)
     x = np.array([stretch, 0.0, 0.0, stretch, 1.0])
     P, A = np.zeros(5), np.zeros((5, 5))
-    block, scratch = np.empty((3, 3)), np.empty((6, 6))
+    block, scratch = np.empty((3, 3)), np.empty((max(6, len(row)), 6))
 
     def evaluate(log_side: float) -> tuple[float, bool]:
         x[3] = math.exp(log_side)

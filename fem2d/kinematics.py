@@ -47,8 +47,8 @@ def next_guess(
 @compiled
 def stretches_of(f11: float, f12: float, f21: float, f22: float) -> tuple[float, float, float]:
     """Return s₁ ≥ s₂ (s₂ from the determinant, without cancellation) and the determinant."""
-    Q = 0.5 * math.hypot(f11 + f22, f21 - f12)
-    R = 0.5 * math.hypot(f11 - f22, f12 + f21)
+    Q = 0.5 * math.sqrt((f11 + f22) ** 2 + (f21 - f12) ** 2)
+    R = 0.5 * math.sqrt((f11 - f22) ** 2 + (f12 + f21) ** 2)
     determinant = f11 * f22 - f12 * f21
     s1 = Q + R
     return s1, determinant / s1 if s1 > 0.0 else 0.0, determinant

@@ -22,46 +22,42 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from fem2d.kinematics import AXISYMMETRIC, NEWTON_LIMIT, STRESS, clamp, next_guess, stretches_of
 from fem2d.materials.material import Array
-from fem2d.materials.powers import powers_gap, powers_isochoric, powers_volume
+from fem2d.materials.powers import powers_gap, powers_in_plane, powers_isochoric, powers_volume
 from geometry2d.compiled import compiled
 
 
 @compiled
-def powers_thickness(row: Array, e1: float, e2: float) -> tuple[float, bool]:
-    """Return ln J for which τ₃ = 0 at in-plane log stretches e₁, e₂, and whether it was found.
+def powers_thickness(row: Array, powers: Array) -> tuple[float, bool]:
+    """Return ln J for which τ₃ = 0, and whether it was found; see ``powers_in_plane``.
 
-    Newton's method from J = 1, so the result depends on e₁ and e₂ alone. The unknown is ln J and
-    not ln λ₃, so the pressure keeps its digits however incompressible the material is.
+    Halley's method from J = 1, so the result depends on e₁ and e₂ alone. The unknown is ln J and
+    not ln λ₃, so the pressure keeps its digits however incompressible the material is. The third
+    derivative of U is left out: one term of U has none.
     """
     terms = int(row[1])
-    powers = np.empty((terms, 3))  # 2μ/α exp(α e_i) at J = 1; J then scales them
-    for k in range(terms):
-        alpha = row[3 + 3 * k]
-        scale = 2.0 * row[2 + 3 * k] / alpha
-        powers[k, 0] = scale * math.exp(alpha * e1)
-        powers[k, 1] = scale * math.exp(alpha * e2)
-        powers[k, 2] = scale * math.exp(-alpha * (e1 + e2))
     v = 0.0
     low, high, previous = -math.inf, math.inf, math.inf
     for _ in range(NEWTON_LIMIT):
-        residual = slope = size = 0.0
+        residual = slope = curvature = size = 0.0
         for k in range(terms):
             alpha = row[3 + 3 * k]
+            scale = 2.0 * row[2 + 3 * k] / alpha
+            first, second = 1.0 + powers[k, 0], 1.0 + powers[k, 1]
             shrink = math.exp(-alpha * v / 3.0)
-            across = powers[k, 2] / (shrink * shrink)
-            inside = (powers[k, 0] + powers[k, 1]) * shrink
+            across = scale / (first * second * shrink * shrink)
+            inside = scale * (first + second) * shrink
             residual += (2.0 * across - inside) / 3.0
             slope += alpha * (4.0 * across + inside) / 9.0
+            curvature += alpha * alpha * (8.0 * across - inside) / 27.0
             size += alpha * (across + inside)
         w = math.expm1(v)
         J = 1.0 + w
         _, first, second = powers_volume(row, w)
         residual += J * first
         slope += J * first + J * J * second
+        curvature += J * first + 3.0 * J * J * second
         if math.isnan(residual):
             return v, False
         if residual > 0.0:
@@ -71,10 +67,11 @@ def powers_thickness(row: Array, e1: float, e2: float) -> tuple[float, bool]:
         finite = math.isfinite(slope)
         slow = not finite or abs(residual) > 0.25 * previous
         previous = abs(residual)
-        # A Newton step this small leaves an error of its square: rounding.
-        if finite and slope > 0.0 and abs(residual) <= 1e-9 * size:
-            return v - residual / slope, True
-        guess = next_guess(v, residual, slope, slow, low, high)
+        bent = slope - 0.5 * curvature * residual / slope
+        # Halley's step from here leaves an error of its cube: rounding.
+        if finite and slope > 0.0 and abs(residual) <= 1e-6 * size:
+            return v - residual / bent, True
+        guess = next_guess(v, residual, bent if bent > 0.5 * slope else slope, slow, low, high)
         if guess == v:
             return v, slope > 0.0
         v = guess
@@ -101,15 +98,17 @@ def powers_section(
     (5, 5), clamped to positive semi-definite if ``projected``. In plane stress entry 5 of ``x`` is
     found and filled, and condensed out of ``A``. If ``mixed``, the volumetric energy is left to the
     caller (it belongs to the element, not to the point) and ``pressure`` is its derivative with
-    respect to J. ``block`` (3, 3) and ``scratch`` (6, 6) are work space.
+    respect to J. ``block`` (3, 3) and ``scratch`` (k, 6) are work space, with a row at least for
+    each term and 6 in all.
     """
     s1, s2, determinant = stretches_of(x[0], x[1], x[2], x[3])
     if not (determinant > 0.0 and s2 > 0.0):
         return math.inf, False
     e1, e2 = math.log(s1), math.log(s2)
     s3, e3 = 1.0, 0.0
+    powers_in_plane(row, e1, e2, scratch)
     if plane == STRESS:
-        v, found = powers_thickness(row, e1, e2)
+        v, found = powers_thickness(row, scratch)
         if not found:
             return math.inf, False
         e3 = v - e1 - e2
@@ -120,8 +119,7 @@ def powers_section(
             return math.inf, False
         e3 = math.log(s3)
         v = e1 + e2 + e3
-    third = v / 3.0
-    energy, t1, t2, t3, h1, h2, h3 = powers_isochoric(row, e1 - third, e2 - third, e3 - third)
+    energy, t1, t2, t3, h1, h2, h3 = powers_isochoric(row, e3, v, scratch)
     w = math.expm1(v)
     J = 1.0 + w
     first, second = pressure, 0.0
@@ -137,7 +135,7 @@ def powers_section(
     tau1, tau2, tau3 = t1 - mean, t2 - mean, t3 - mean
     if plane == STRESS:
         tau3 = 0.0
-    gap = powers_gap(row, e1, e2, v)
+    gap = powers_gap(row, e1 - e2, s2, scratch)
     twist = 0.5 * (tau1 + tau2 - gap * (s1 - s2) ** 2) / (s1 * s2)
     flip = 0.5 * (gap * (s1 + s2) ** 2 - tau1 - tau2) / (s1 * s2)
     # ψ_Q q/Q = 2 twist q with q = half of the sums, likewise for r; back to the entries of F.

@@ -200,7 +200,7 @@ def free_height(material: Material, plane: Plane, stretch: float) -> tuple[float
     row = material.packed()
     x = np.array([stretch, 0.0, 0.0, 1.0, 1.0])
     P, A = np.zeros(5), np.zeros((5, 5))
-    block, scratch = np.empty((3, 3)), np.empty((6, 6))
+    block, scratch = np.empty((3, 3)), np.empty((max(6, len(row)), 6))
 
     def traction(log_side: float) -> float:
         x[3] = math.exp(log_side)
