@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -247,7 +248,10 @@ def _rate(tracks: Tracks) -> float:
 
 
 class _Writer:
-    """An H.264 file being written, each picture with its own time."""
+    """An H.264 file being written, each picture with its own time.
+
+    A picture is compressed on a second thread while the next one is drawn.
+    """
 
     def __init__(self, path: Path, width: int, height: int, rate: float) -> None:
         from fractions import Fraction
@@ -265,12 +269,17 @@ class _Writer:
         stream.codec_context.time_base = self._base
         stream.options = {"crf": "21", "preset": "veryfast"}
         self._stream = stream
+        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="encoder")
+        self._last: Future[None] | None = None
 
     def __enter__(self) -> _Writer:
         return self
 
     def write(self, picture: Image, time_s: float) -> None:
-        """Add one picture (height, width, 3; blue, green, red) shown at ``time_s``."""
+        """Add one picture (height, width, 3; blue, green, red) shown at ``time_s``.
+
+        The picture must not be changed afterwards.
+        """
         import av
 
         frame = av.VideoFrame.from_ndarray(
@@ -278,8 +287,22 @@ class _Writer:
         )
         frame.pts = round(time_s / self._base)
         frame.time_base = self._base
+        self._finish_last()
+        self._last = self._thread.submit(self._compress, frame)
+
+    def _compress(self, frame: Any) -> None:
         self._container.mux(self._stream.encode(frame))
 
+    def _finish_last(self) -> None:
+        """Wait for the picture before, and raise what went wrong with it."""
+        if self._last is not None:
+            last, self._last = self._last, None
+            last.result()
+
     def __exit__(self, *_: object) -> None:
-        self._container.mux(self._stream.encode(None))
-        self._container.close()
+        try:
+            self._finish_last()
+            self._compress(None)
+        finally:
+            self._thread.shutdown()
+            self._container.close()

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from fem2d.materials.library import MaterialCard, configuration_cards, material_from
 from fem2d.materials.material import Material
@@ -337,7 +337,7 @@ def identifiability(evaluation: Evaluation, apex_mm: Array, confidence: float) -
     shape = directions.T / singular**2 @ directions
     spread = np.sqrt(np.diag(shape))
     error = np.sqrt(variance) * spread
-    half = float(student.ppf(0.5 * (1 + confidence), freedom)) * error
+    half = float(stdtrit(freedom, 0.5 * (1 + confidence))) * error
     with np.errstate(over="ignore"):
         interval = np.exp(evaluation.logarithms[:, None] + half[:, None] * np.array([-1.0, 1.0]))
     return Identifiability(
