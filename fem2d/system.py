@@ -117,13 +117,17 @@ class System:
     def reached(self, before: State, displacement: Array, placement: RigidPlacement) -> State:
         """Return the state to start a step from that is expected to lead to ``displacement``.
 
-        Its histories know where tissue that touches nothing yet meets a rigid body on its way.
+        Its histories know where tissue that touches nothing yet meets what it touches on its way.
         """
         histories = tuple(
             pair.reached(history, displacement, placement if pair.moving else AT_REST)
             for pair, history in zip(self.contacts, before.histories, strict=True)
         )
-        return replace(before, histories=histories)
+        folds = tuple(
+            fold.reached(history, before.displacement, displacement)
+            for fold, history in zip(self.folds, before.fold_histories, strict=True)
+        )
+        return replace(before, histories=histories, fold_histories=folds)
 
     def contact_responses(
         self, displacement: Array, placement: RigidPlacement, before: State

@@ -5,7 +5,8 @@ other surfaces' deformed edges. Where the ray from ``x_s`` meets an edge at ``x_
 
 * the gap is ``g = (x_m − x_s)·n``, with ``(x_m − x_s)·t = 0`` for the point's own tangent ``t``;
 * the slip since the last committed instant is ``s = t·(x_s − x_a)``, where ``x_a`` is the material
-  point that the ray met then, carried along by the other surface.
+  point that the ray met then, carried along by the other surface; for a point that the other
+  surface first reaches within the step, the material point that it meets when it does.
 
 The point is pushed by ``f = −p n + τ t`` and the place it meets by ``−f``; as the two lie on one
 normal, forces cancel, and moments too but for the couple ``τ g``, which vanishes with the
@@ -25,10 +26,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fem2d.contact import ENTRY_TRIALS
 from fem2d.friction import FrictionLaw, NormalLaw, pressure_of_gap, traction_of_slip
 from fem2d.surface import Surface, edge_shapes
 from geometry2d.compiled import compiled
@@ -46,6 +49,9 @@ SHORTEST_SEGMENT = 1e-7
 NONE = -1
 """No edge is met."""
 
+GROUP = 16
+"""So many edges that follow one another have a common box, looked at before each one's own."""
+
 
 class TissueContactError(ValueError):
     """Deformable surfaces were put together in a way that makes no sense."""
@@ -61,7 +67,9 @@ class TissueHistory:
         (p,) edge that carries each point, local coordinate on it, reference area, mm², halved
         because the other side looks back.
     anchor, anchor_local
-        (p,) edge that the point's ray met, −1 for none, and local coordinate there.
+        (p,) edge and local coordinate on it from which slip is counted: what the point's ray met at
+        the committed instant, −1 for none; in a step in which the point first touches, what it
+        meets then.
     traction
         (p,) tangential traction, MPa, positive along the carrying edge.
     """
@@ -125,6 +133,18 @@ class TissueResponse:
     def history(self) -> TissueHistory:
         """Trial history: commit it by handing it to the next increment."""
         return self.pair.next_history(self)
+
+
+class _Sides(NamedTuple):
+    """What kernels know of a `TissueContact`, which has these under the same names."""
+
+    edges: Index
+    owner: Index
+    start: Array
+    length: Array
+    reach_mm: float
+    itself: bool
+    neighbourhood_mm: float
 
 
 @dataclass(frozen=True)
@@ -193,66 +213,73 @@ class TissueContact:
         ):
             object.__setattr__(self, name, np.concatenate(parts))
 
+    @cached_property
+    def _sides(self) -> _Sides:
+        return _Sides(
+            self.edges,
+            self.owner,
+            self.start,
+            self.length,
+            self.reach_mm,
+            self.itself,
+            self.neighbourhood_mm,
+        )
+
     def initial_history(self, displacement: Array, placement: RigidPlacement) -> TissueHistory:
         """Return the points chosen at ``displacement`` (n, 2), mm; no friction acts yet."""
         return self._chosen_points(displacement, None)
+
+    def reached(
+        self, history: TissueHistory, displacement: Array, predicted: Array
+    ) -> TissueHistory:
+        """Return the history for a step from ``displacement`` (n, 2), mm, towards ``predicted``.
+
+        A point that meets another surface on its way starts to stick where it does, for the reasons
+        told in `RigidContact.reached`. All nodes are taken to go straight and at one pace.
+        """
+        after = self._deformed(predicted)
+        _, met, met_local, gap = _meetings(history.edge, history.local, after, self._sides)
+        if not np.any(gap < 0):
+            return history
+        anchor, anchor_local = _first_touches(
+            history.edge,
+            history.local,
+            history.anchor,
+            history.anchor_local,
+            met,
+            met_local,
+            gap,
+            self._deformed(displacement),
+            after,
+            self._sides,
+        )
+        return replace(history, anchor=anchor, anchor_local=anchor_local)
 
     def response(
         self, displacement: Array, placement: RigidPlacement, before: TissueHistory
     ) -> TissueResponse:
         """Return forces and trial history at ``displacement`` (n, 2), mm."""
-        position, normal = self._carried(displacement, before.edge, before.local)
-        met, met_local, gap = self._met(displacement, before, position, normal)
-        if not np.any(gap < 0):
-            return self._apart(displacement, before, gap, met, met_local, normal)
-        deformed = (self.surfaces[0].nodes + displacement)[self.edges]
-        anchor = np.where(before.anchor == NONE, met, before.anchor)
-        shape, _ = edge_shapes(self.edges.shape[1], before.anchor_local)
-        anchored = np.einsum("pk,pkc->pc", shape, deformed[anchor])
-        tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-        slip = np.sum(tangent * (position - anchored), axis=1)
+        deformed = self._deformed(displacement)
+        normal, met, met_local, gap = _meetings(before.edge, before.local, deformed, self._sides)
         laws = _laws(
             gap,
-            slip,
+            normal,
+            before.edge,
+            before.local,
+            before.anchor,
+            before.anchor_local,
             before.traction,
-            before.anchor != NONE,
+            deformed,
             self.normal.stiffness_mpa_per_mm,
             self.normal.ramp_mm,
             self.friction.coefficient,
             self.friction.stiffness_mpa_per_mm,
         )
-        energy, pressure, shear, slipping, pressure_slope, by_slip, by_pressure = laws
-        points = TissuePoints(
-            gap, met, met_local, normal, pressure, shear, slipping, pressure_slope, by_slip,
-            by_pressure,
-        )  # fmt: skip
-        touching = np.flatnonzero(pressure > 0)
-        carrying, meeting = self._shapes(points, before, touching)[:2]
-        traction = shear[:, None] * tangent - pressure[:, None] * normal
-        pushed = before.weight[touching, None] * traction[touching]
-        force = np.einsum("jcq,jc->jq", carrying - meeting, pushed)
-        three = np.stack([before.edge[touching], met[touching], anchor[touching]], axis=1)
-        nodes = self.edges[three].reshape(len(touching), 3 * self.edges.shape[1])
-        dofs = (2 * nodes[:, :, None] + np.arange(2)).reshape(force.shape)
-        return TissueResponse(
-            float(energy @ before.weight), touching, dofs, force, points, self, displacement, before
-        )
-
-    def _apart(
-        self,
-        displacement: Array,
-        before: TissueHistory,
-        gap: Array,
-        met: Index,
-        met_local: Array,
-        normal: Array,
-    ) -> TissueResponse:
-        """Return the response of surfaces of which no point touches another, the usual case."""
-        zero, never = np.zeros(len(gap)), np.zeros(len(gap), np.bool_)
-        points = TissuePoints(gap, met, met_local, normal, zero, zero, never, zero, zero, zero)
-        nobody, unknowns = np.zeros(0, np.intp), (0, 6 * self.edges.shape[1])
-        dofs, force = np.zeros(unknowns, np.intp), np.zeros(unknowns)
-        return TissueResponse(0.0, nobody, dofs, force, points, self, displacement, before)
+        points = TissuePoints(gap, met, met_local, normal, *laws[1:])
+        energy = float(laws[0] @ before.weight)
+        touching = np.flatnonzero(points.pressure > 0)
+        dofs, force = self._forces(points, before, touching)
+        return TissueResponse(energy, touching, dofs, force, points, self, displacement, before)
 
     def held_friction(self, response: TissueResponse) -> TissueResponse:
         """Return the response with friction that slips held at its present value."""
@@ -277,7 +304,7 @@ class TissueContact:
             stand_in: Array = np.einsum("j,jp,jq->jpq", weight * by_gap, across, across)
             stand_in += np.einsum("j,jp,jq->jpq", weight * by_slip, along, along)
             return stand_in
-        deformed = (self.surfaces[0].nodes + response.displacement)[self.edges]
+        deformed = self._deformed(response.displacement)
         anchor = np.where(before.anchor == NONE, points.met_edge, before.anchor)[touching]
         own, other = (
             deformed[e].reshape(len(touching), -1) for e in (before.edge[touching], anchor)
@@ -323,34 +350,29 @@ class TissueContact:
         place: Array = self.start[edge] + local * self.length[edge]
         return place
 
-    def _carried(self, displacement: Array, edge: Index, local: Array) -> tuple[Array, Array]:
-        """Return position (p, 2) and outward normal (p, 2) of points on edges."""
-        deformed = (self.surfaces[0].nodes + displacement)[self.edges[edge]]
-        shape, slope = edge_shapes(self.edges.shape[1], local)
-        along = np.einsum("pk,pkc->pc", slope, deformed)
-        speed = np.linalg.norm(along, axis=1)
-        normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / speed[:, None]
-        return np.einsum("pk,pkc->pc", shape, deformed), normal
+    def _deformed(self, displacement: Array) -> Array:
+        """Return the positions (m, k, 2) of the edges' nodes, mm."""
+        deformed: Array = (self.surfaces[0].nodes + displacement)[self.edges]
+        return deformed
 
-    def _met(
-        self, displacement: Array, points: TissueHistory, position: Array, normal: Array
-    ) -> tuple[Index, Array, Array]:
-        deformed = (self.surfaces[0].nodes + displacement)[self.edges]
-        found: tuple[Index, Array, Array] = _meetings(
-            position,
-            normal,
-            points.edge,
-            self.arc_length(points.edge, points.local),
-            deformed,
-            self.edges,
-            self.owner,
-            self.start,
-            self.length,
-            self.reach_mm,
-            self.itself,
-            self.neighbourhood_mm,
-        )
-        return found
+    def _forces(
+        self, points: TissuePoints, before: TissueHistory, touching: Index
+    ) -> tuple[Index, Array]:
+        """Return unknowns and forces (j, 6k), N, of the points that touch."""
+        count = self.edges.shape[1]
+        if touching.size == 0:  # the usual case
+            return np.zeros((0, 6 * count), np.intp), np.zeros((0, 6 * count))
+        met = points.met_edge[touching]
+        anchor = np.where(before.anchor == NONE, points.met_edge, before.anchor)[touching]
+        carrying, meeting = self._shapes(points, before, touching)[:2]
+        normal = points.normal[touching]
+        tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+        shear, pressure = points.shear[touching, None], points.pressure[touching, None]
+        pushed = before.weight[touching, None] * (shear * tangent - pressure * normal)
+        force = np.einsum("jcq,jc->jq", carrying - meeting, pushed)
+        three = np.stack([before.edge[touching], met, anchor], axis=1)
+        nodes = self.edges[three].reshape(len(touching), 3 * count)
+        return (2 * nodes[:, :, None] + np.arange(2)).reshape(force.shape), force
 
     def _shapes(
         self, points: TissuePoints, before: TissueHistory, touching: Index
@@ -373,17 +395,14 @@ class TissueContact:
         return maps[0], maps[1], maps[2], maps[3], maps[4]
 
     def _chosen_points(self, displacement: Array, response: TissueResponse | None) -> TissueHistory:
-        edge, local, share = self._segmented(displacement)
+        deformed = self._deformed(displacement)
+        edge, local, share = self._segmented(deformed)
         nodes = self.surfaces[0].nodes[self.edges[edge]]
         _, slope = edge_shapes(self.edges.shape[1], local)
         speed = np.linalg.norm(np.einsum("pk,pkc->pc", slope, nodes), axis=1)
         weight = 0.5 * share * speed * self.surfaces[0].thickness_mm
-        empty = TissueHistory(
-            edge, local, weight, np.full(len(edge), NONE), np.zeros(len(edge)), np.zeros(len(edge))
-        )
-        position, normal = self._carried(displacement, edge, local)
-        met, met_local, gap = self._met(displacement, empty, position, normal)
-        traction = empty.traction
+        _, met, met_local, gap = _meetings(edge, local, deformed, self._sides)
+        traction = np.zeros(len(edge))
         if response is not None:
             traction = self._inherited(response, edge, local, gap)
         return TissueHistory(edge, local, weight, met, met_local, traction)
@@ -403,15 +422,9 @@ class TissueContact:
             traction[here] = np.interp(arc[here], old_arc[there], ratio[there]) * pressure[here]
         return traction
 
-    def _segmented(self, displacement: Array) -> tuple[Index, Array, Array]:
+    def _segmented(self, deformed: Array) -> tuple[Index, Array, Array]:
         """Return edge, local coordinate and share of the edge of every integration point."""
-        breaks = _breaks(
-            (self.surfaces[0].nodes + displacement)[self.edges],
-            self.edges,
-            self.owner,
-            self.reach_mm,
-            self.itself,
-        )
+        breaks = _breaks(deformed, self._sides)
         gauss, gauss_weight = np.polynomial.legendre.leggauss(self.surfaces[0].points_per_edge)
         gauss, gauss_weight = 0.5 * (gauss + 1), 0.5 * gauss_weight
         at = np.argsort(breaks[:, 0] + breaks[:, 1] * 0.5, kind="stable")
@@ -429,9 +442,13 @@ class TissueContact:
 @compiled
 def _laws(
     gap: Array,
-    slip: Array,
+    normal: Array,
+    edge: Index,
+    local: Array,
+    anchor: Index,
+    anchor_local: Array,
     before: Array,
-    anchored: NDArray[np.bool_],
+    deformed: Array,
     normal_stiffness: float,
     ramp: float,
     coefficient: float,
@@ -443,10 +460,15 @@ def _laws(
     slope, by_slip, by_pressure = np.zeros(count), np.zeros(count), np.zeros(count)
     slipping = np.zeros(count, np.bool_)
     for i in range(count):
+        if gap[i] >= 0.0:
+            continue
         energy[i], pressure[i], slope[i] = pressure_of_gap(gap[i], normal_stiffness, ramp)
-        if pressure[i] > 0.0 and anchored[i]:
+        if pressure[i] > 0.0 and anchor[i] != NONE:
+            x, y = _place(deformed, edge[i], local[i])[:2]
+            anchor_x, anchor_y = _place(deformed, anchor[i], anchor_local[i])[:2]
+            slip = -normal[i, 1] * (x - anchor_x) + normal[i, 0] * (y - anchor_y)
             shear[i], by_slip[i], by_pressure[i], slipping[i] = traction_of_slip(
-                before[i], slip[i], pressure[i], coefficient, tangential_stiffness
+                before[i], slip, pressure[i], coefficient, tangential_stiffness
             )
     return energy, pressure, shear, slipping, slope, by_slip, by_pressure
 
@@ -460,70 +482,194 @@ def _pressures(gap: Array, stiffness: float, ramp: float) -> Array:
 
 
 @compiled
-def _meetings(
-    position: Array,
-    normal: Array,
-    carrier: Index,
-    arc: Array,
-    edge_nodes: Array,
-    edges: Index,
-    owner: Index,
-    start: Array,
-    length: Array,
-    reach: float,
-    itself: bool,
-    neighbourhood: float,
-) -> tuple[Index, Array, Array]:
-    """Return edge, local coordinate and gap of what each point's ray meets nearest to it."""
-    count, edge_count, k = len(position), edge_nodes.shape[0], edge_nodes.shape[1]
-    met = np.full(count, NONE)
-    local = np.zeros(count)
-    gap = np.full(count, np.inf)
-    low, high = np.empty((edge_count, 2)), np.empty((edge_count, 2))
-    for e in range(edge_count):
+def _place(deformed: Array, e: int, local: float) -> tuple[float, float, float, float]:
+    """Return position and outward normal of a point on one of the edges (m, k, 2)."""
+    if deformed.shape[1] == 2:
+        middle, n0, n1, nm = 0, 1.0 - local, local, 0.0
+        d0, d1, dm = -1.0, 1.0, 0.0
+    else:
+        middle, n0, n1 = 2, (1.0 - local) * (1.0 - 2.0 * local), local * (2.0 * local - 1.0)
+        nm = 4.0 * local * (1.0 - local)
+        d0, d1, dm = 4.0 * local - 3.0, 4.0 * local - 1.0, 4.0 - 8.0 * local
+    x = n0 * deformed[e, 0, 0] + n1 * deformed[e, 1, 0] + nm * deformed[e, middle, 0]
+    y = n0 * deformed[e, 0, 1] + n1 * deformed[e, 1, 1] + nm * deformed[e, middle, 1]
+    along_x = d0 * deformed[e, 0, 0] + d1 * deformed[e, 1, 0] + dm * deformed[e, middle, 0]
+    along_y = d0 * deformed[e, 0, 1] + d1 * deformed[e, 1, 1] + dm * deformed[e, middle, 1]
+    speed = np.sqrt(along_x * along_x + along_y * along_y)
+    return x, y, along_y / speed, -along_x / speed
+
+
+@compiled
+def _boxes(deformed: Array) -> tuple[Array, Array]:
+    """Return boxes (left, bottom, right, top) around edges (m, k, 2), and around groups of them."""
+    count, k = deformed.shape[0], deformed.shape[1]
+    boxes = np.empty((count, 4))
+    groups = np.empty(((count + GROUP - 1) // GROUP, 4))
+    groups[:, :2], groups[:, 2:] = np.inf, -np.inf
+    for e in range(count):
+        group = groups[e // GROUP]
         for c in range(2):
-            least, most = edge_nodes[e, 0, c], edge_nodes[e, 0, c]
+            least, most = deformed[e, 0, c], deformed[e, 0, c]
             for a in range(1, k):
-                least, most = min(least, edge_nodes[e, a, c]), max(most, edge_nodes[e, a, c])
+                least, most = min(least, deformed[e, a, c]), max(most, deformed[e, a, c])
             # A quadratic edge may leave the box of its nodes by an eighth of its size.
-            spare = reach + 0.125 * (most - least)
-            low[e, c], high[e, c] = least - spare, most + spare
-    for i in range(count):
-        x, y = position[i, 0], position[i, 1]
-        nx, ny = normal[i, 0], normal[i, 1]
-        tx, ty = -ny, nx
-        home = carrier[i]
-        for e in range(edge_count):
-            if x < low[e, 0] or x > high[e, 0] or y < low[e, 1] or y > high[e, 1]:
+            spare = 0.125 * (most - least)
+            boxes[e, c], boxes[e, 2 + c] = least - spare, most + spare
+            group[c] = min(group[c], boxes[e, c])
+            group[2 + c] = max(group[2 + c], boxes[e, 2 + c])
+    return boxes, groups
+
+
+@compiled
+def _nearer(one: Array, other: Array, reach: float) -> bool:
+    """Whether two boxes are nearer to each other than ``reach`` in both directions."""
+    near: bool = (
+        one[0] - other[2] <= reach
+        and other[0] - one[2] <= reach
+        and one[1] - other[3] <= reach
+        and other[1] - one[3] <= reach
+    )
+    return near
+
+
+@compiled
+def _within_reach(home: int, boxes: Array, groups: Array, sides: _Sides, found: Index) -> int:
+    """Write the edges that the edge ``home`` may reach, ascending; return how many they are."""
+    count = 0
+    for group in range(len(groups)):
+        if not _nearer(groups[group], boxes[home], sides.reach_mm):
+            continue
+        for e in range(group * GROUP, min((group + 1) * GROUP, len(boxes))):
+            if e == home or (sides.owner[e] == sides.owner[home] and not sides.itself):
                 continue
-            if owner[e] == owner[home]:
-                if not itself or _share_node(edges, e, home):
-                    continue
-                apart = max(start[e] - arc[i], arc[i] - start[e] - length[e])
-                if apart < neighbourhood:
-                    continue
-            x0, y0 = edge_nodes[e, 0, 0] - x, edge_nodes[e, 0, 1] - y
-            x1, y1 = edge_nodes[e, 1, 0] - x, edge_nodes[e, 1, 1] - y
-            c0, c1 = x0 * tx + y0 * ty, x1 * tx + y1 * ty
-            if k == 3:
-                xm, ym = edge_nodes[e, 2, 0] - x, edge_nodes[e, 2, 1] - y
-                cm = xm * tx + ym * ty
+            if _nearer(boxes[e], boxes[home], sides.reach_mm):
+                found[count] = e
+                count += 1
+    return count
+
+
+@compiled
+def _meetings(
+    edge: Index, local: Array, deformed: Array, sides: _Sides
+) -> tuple[Array, Index, Array, Array]:
+    """Return each point's normal, and edge, local coordinate and gap of what its ray meets."""
+    count = len(edge)
+    normal = np.empty((count, 2))
+    met, met_local, gap = np.full(count, NONE), np.zeros(count), np.full(count, np.inf)
+    boxes, groups = _boxes(deformed)
+    near, near_count, home = np.empty(len(deformed), np.intp), 0, NONE
+    for i in range(count):
+        # Points of one edge follow one another.
+        if edge[i] != home:
+            home = edge[i]
+            near_count = _within_reach(home, boxes, groups, sides, near)
+        x, y, nx, ny = _place(deformed, home, local[i])
+        normal[i, 0], normal[i, 1] = nx, ny
+        met[i], met_local[i], gap[i] = _nearest(
+            x, y, nx, ny, home, local[i], near, near_count, deformed, sides
+        )
+    return normal, met, met_local, gap
+
+
+@compiled
+def _nearest(
+    x: float,
+    y: float,
+    nx: float,
+    ny: float,
+    home: int,
+    local: float,
+    near: Index,
+    near_count: int,
+    deformed: Array,
+    sides: _Sides,
+) -> tuple[int, float, float]:
+    """Return edge, local coordinate and gap of what a ray meets nearest to its point, if any."""
+    met, met_local, gap = NONE, 0.0, np.inf
+    tx, ty = -ny, nx
+    arc = sides.start[home] + local * sides.length[home]
+    for at in range(near_count):
+        e = near[at]
+        if sides.owner[e] == sides.owner[home]:
+            if _share_node(sides.edges, e, home):
+                continue
+            apart = max(sides.start[e] - arc, arc - sides.start[e] - sides.length[e])
+            if apart < sides.neighbourhood_mm:
+                continue
+        x0, y0 = deformed[e, 0, 0] - x, deformed[e, 0, 1] - y
+        x1, y1 = deformed[e, 1, 0] - x, deformed[e, 1, 1] - y
+        c0, c1 = x0 * tx + y0 * ty, x1 * tx + y1 * ty
+        if deformed.shape[1] == 3:
+            xm, ym = deformed[e, 2, 0] - x, deformed[e, 2, 1] - y
+            cm = xm * tx + ym * ty
+        else:
+            xm, ym, cm = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (c0 + c1)
+        square, linear = 2 * (c0 + c1 - 2 * cm), 4 * cm - 3 * c0 - c1
+        for xi in _roots(square, linear, c0):
+            if not -1e-10 <= xi <= 1 + 1e-10:
+                continue
+            n0, n1, nm = (1 - xi) * (1 - 2 * xi), xi * (2 * xi - 1), 4 * xi * (1 - xi)
+            d0, d1, dm = 4 * xi - 3, 4 * xi - 1, 4 - 8 * xi
+            g = (n0 * x0 + n1 * x1 + nm * xm) * nx + (n0 * y0 + n1 * y1 + nm * ym) * ny
+            if abs(g) > sides.reach_mm or abs(g) >= abs(gap):
+                continue
+            ax, ay = d0 * x0 + d1 * x1 + dm * xm, d0 * y0 + d1 * y1 + dm * ym
+            facing = (ay * nx - ax * ny) / np.hypot(ax, ay)
+            if facing < FACING_COSINE:
+                met, met_local, gap = e, xi, g
+    return met, met_local, gap
+
+
+@compiled
+def _first_touches(
+    edge: Index,
+    local: Array,
+    anchor: Index,
+    anchor_local: Array,
+    met: Index,
+    met_local: Array,
+    gap: Array,
+    before: Array,
+    after: Array,
+    sides: _Sides,
+) -> tuple[Index, Array]:
+    """Return the anchors of points whose nodes (m, k, 2) go straight from ``before`` to ``after``.
+
+    ``met`` and ``gap`` belong to the end. The anchor of a point that is open at first and closed at
+    the end becomes what it meets where its gap vanishes; others keep theirs.
+    """
+    anchor, anchor_local = anchor.copy(), anchor_local.copy()
+    near = np.empty(len(before), np.intp)
+    _, _, _, beginning = _meetings(edge, local, before, sides)
+    for i in range(len(edge)):
+        if gap[i] >= 0.0 or beginning[i] <= 0.0:
+            continue
+        home = edge[i]
+        outside, gap_outside, inside, gap_inside = 0.0, beginning[i], 1.0, gap[i]
+        if gap_outside == np.inf:
+            # Out of reach: how far is it from what it meets in the end?
+            x, y, nx, ny = _place(before, home, local[i])
+            met_x, met_y = _place(before, met[i], met_local[i])[:2]
+            gap_outside = (met_x - x) * nx + (met_y - y) * ny
+            if gap_outside <= 0.0:
+                continue
+        for _ in range(ENTRY_TRIALS):
+            share = outside + (inside - outside) * gap_outside / (gap_outside - gap_inside)
+            now = before + share * (after - before)
+            boxes, groups = _boxes(now)
+            count = _within_reach(home, boxes, groups, sides, near)
+            x, y, nx, ny = _place(now, home, local[i])
+            found, found_local, found_gap = _nearest(
+                x, y, nx, ny, home, local[i], near, count, now, sides
+            )
+            if found == NONE:
+                break
+            anchor[i], anchor_local[i] = found, found_local
+            if found_gap > 0.0:
+                outside, gap_outside = share, found_gap
             else:
-                xm, ym, cm = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (c0 + c1)
-            square, linear = 2 * (c0 + c1 - 2 * cm), 4 * cm - 3 * c0 - c1
-            for xi in _roots(square, linear, c0):
-                if not -1e-10 <= xi <= 1 + 1e-10:
-                    continue
-                n0, n1, nm = (1 - xi) * (1 - 2 * xi), xi * (2 * xi - 1), 4 * xi * (1 - xi)
-                d0, d1, dm = 4 * xi - 3, 4 * xi - 1, 4 - 8 * xi
-                g = (n0 * x0 + n1 * x1 + nm * xm) * nx + (n0 * y0 + n1 * y1 + nm * ym) * ny
-                if abs(g) > reach or abs(g) >= abs(gap[i]):
-                    continue
-                ax, ay = d0 * x0 + d1 * x1 + dm * xm, d0 * y0 + d1 * y1 + dm * ym
-                facing = (ay * nx - ax * ny) / np.hypot(ax, ay)
-                if facing < FACING_COSINE:
-                    met[i], local[i], gap[i] = e, xi, g
-    return met, local, gap
+                inside, gap_inside = share, found_gap
+    return anchor, anchor_local
 
 
 @compiled
@@ -552,28 +698,28 @@ def _share_node(edges: Index, first: int, second: int) -> bool:
 
 
 @compiled
-def _breaks(edge_nodes: Array, edges: Index, owner: Index, reach: float, itself: bool) -> Array:
+def _breaks(deformed: Array, sides: _Sides) -> Array:
     """Return (b, 2): edge and local coordinate where its segments begin and end, unsorted.
 
     An edge is broken at the normal projections of the other edges' end nodes within reach.
     """
     found = []
-    count, k = edge_nodes.shape[0], edge_nodes.shape[1]
+    count, k = deformed.shape[0], deformed.shape[1]
+    boxes, groups = _boxes(deformed)
+    near = np.empty(count, np.intp)
     for e in range(count):
         found.append((float(e), 0.0))
         found.append((float(e), 1.0))
-        x0, y0 = edge_nodes[e, 0, 0], edge_nodes[e, 0, 1]
-        x1, y1 = edge_nodes[e, 1, 0], edge_nodes[e, 1, 1]
+        x0, y0 = deformed[e, 0, 0], deformed[e, 0, 1]
+        x1, y1 = deformed[e, 1, 0], deformed[e, 1, 1]
         if k == 3:
-            xm, ym = edge_nodes[e, 2, 0], edge_nodes[e, 2, 1]
+            xm, ym = deformed[e, 2, 0], deformed[e, 2, 1]
         else:
             xm, ym = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
         chord = (x1 - x0) ** 2 + (y1 - y0) ** 2
-        for other in range(count):
-            if other == e or (owner[other] == owner[e] and not itself):
-                continue
+        for other in near[: _within_reach(e, boxes, groups, sides, near)]:
             for end in range(2):
-                px, py = edge_nodes[other, end, 0], edge_nodes[other, end, 1]
+                px, py = deformed[other, end, 0], deformed[other, end, 1]
                 s = ((px - x0) * (x1 - x0) + (py - y0) * (y1 - y0)) / chord
                 if not -0.5 < s < 1.5:
                     continue
@@ -586,7 +732,7 @@ def _breaks(edge_nodes: Array, edges: Index, owner: Index, reach: float, itself:
                     s += (rx * ax + ry * ay) / (ax * ax + ay * ay)
                 if (
                     SHORTEST_SEGMENT < s < 1 - SHORTEST_SEGMENT
-                    and rx * rx + ry * ry < reach * reach
+                    and rx * rx + ry * ry < sides.reach_mm * sides.reach_mm
                 ):
                     found.append((float(e), s))
     result = np.empty((len(found), 2))

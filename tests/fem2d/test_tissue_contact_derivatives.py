@@ -79,6 +79,11 @@ def test_stiffness_is_the_derivative_of_the_force(coefficient, state, nodes_per_
         assert slipping.mean() > 0.4
     if state == "stick":
         assert (~slipping).mean() > 0.5
+    assert_stiffness_is_derivative(contact, displacement, history)
+
+
+def assert_stiffness_is_derivative(contact, displacement, history):
+    _, response = total(contact, displacement, history)
     stiffness = np.zeros((displacement.size, displacement.size))
     for dofs, block in zip(response.dofs, contact.stiffness(response), strict=True):
         np.add.at(stiffness, np.ix_(dofs, dofs), block)
@@ -93,6 +98,60 @@ def test_stiffness_is_the_derivative_of_the_force(coefficient, state, nodes_per_
         minus, _ = total(contact, displacement - shift, history)
         numeric[:, dof] = (plus - minus) / (2 * step)
     np.testing.assert_allclose(stiffness, numeric, atol=3e-6 * np.abs(stiffness).max())
+
+
+def lifted(contact, by):
+    """A displacement that takes the upper surface away by ``by`` (2,), mm."""
+    displacement = np.zeros_like(contact.surfaces[0].nodes)
+    displacement[np.unique(contact.surfaces[1].edges)] = by
+    return displacement
+
+
+@pytest.mark.parametrize("nodes_per_edge", [2, 3])
+@pytest.mark.parametrize("height", [0.4, 2.0])
+def test_slip_is_counted_from_where_a_falling_point_touches(nodes_per_edge, height):
+    # Both within reach (0.6 mm) at first and out of it. Where the gap vanishes on the way is found
+    # anew here, by bisection of the whole surfaces' displacement.
+    contact = two_surfaces(0.5, nodes_per_edge)
+    start = lifted(contact, (-0.3, height))
+    end = pressed(contact, 3)[0] + lifted(contact, (0.1, -0.02))
+    history = contact.initial_history(start, NOWHERE)
+    reached = contact.reached(history, start, end)
+    closed = contact.response(end, NOWHERE, history).points.gap < 0
+    assert 10 < closed.sum() < len(closed) - 10
+    for name in ("anchor", "anchor_local"):
+        kept = getattr(history, name)[~closed]
+        np.testing.assert_array_equal(getattr(reached, name)[~closed], kept)
+    way = np.linalg.norm(end - start, axis=1).max()
+    errors = []
+    for i in np.flatnonzero(closed)[::5]:
+        outside, inside = 0.0, 1.0
+        for _ in range(30):
+            share = 0.5 * (outside + inside)
+            there = contact.response(start + share * (end - start), NOWHERE, history).points
+            outside, inside = (share, inside) if there.gap[i] > 0 else (outside, share)
+        touch = contact.arc_length(there.met_edge[[i]], there.met_local[[i]])
+        found = contact.arc_length(reached.anchor[[i]], reached.anchor_local[[i]])
+        errors.append(abs(float(found[0] - touch[0])))
+    # Three trials of false position; the curved surfaces slide along each other as they close.
+    assert np.median(errors) < 1e-6 * way
+    assert np.max(errors) < 1e-3 * way
+    assert_stiffness_is_derivative(contact, end, reached)
+
+
+def test_what_touches_already_or_stays_apart_keeps_its_history():
+    contact = two_surfaces(0.5, 3)
+    far, near = lifted(contact, (0.0, 0.4)), lifted(contact, (0.2, 0.3))
+    history = contact.initial_history(far, NOWHERE)
+    assert contact.reached(history, far, near) is history
+    closed, _ = pressed(contact, 3, 0.0)
+    history = contact.initial_history(closed, NOWHERE)
+    touching = contact.response(closed, NOWHERE, history).points.gap <= 0
+    slid = closed + lifted(contact, (0.05, 0.0))
+    reached = contact.reached(history, closed, slid)
+    assert touching.sum() > 10
+    np.testing.assert_array_equal(reached.anchor[touching], history.anchor[touching])
+    np.testing.assert_array_equal(reached.anchor_local[touching], history.anchor_local[touching])
 
 
 @given(seed=st.integers(0, 10**6), coefficient=st.floats(0, 2))

@@ -304,7 +304,6 @@ def test_groove_that_closes_on_itself(coefficient):
     assert ours[left, 1].sum() == pytest.approx(
         force[left, 1].sum(), abs=0.02 * abs(force[left, 0].sum())
     )
-    print("GROOVE", ours[left].sum(axis=0), force[left].sum(axis=0))
     if coefficient > 0:
         assert abs(ours[left, 1].sum()) > 0.1 * abs(ours[left, 0].sum())
     touched = [body.nodes[left & (np.abs(f[:, 0]) > 1e-6), 1] for f in (ours, force)]
