@@ -9,9 +9,7 @@ sip, but the mean length of contact over the time in which a lip touches: its la
 of an instant at which a second place just touches.
 
 The extremes of the dermis are pointwise and need not converge where a thread's edge presses. Beside
-them stands what does not depend on points: the values that 0.1 mm² of the dermis exceed. Likewise,
-beside the length that touches, which counts what hardly does, the shortest (undeformed) length of
-skin that carries 95 % of the pressure.
+them stands what does not depend on points: the values that 0.1 mm² of the dermis exceed.
 
 Below the rows, the change from the second finest mesh to the finest, and from whole to halved
 steps, in percent. Times are those of the clock and of the processor; memory is the largest that the
@@ -49,12 +47,9 @@ COLUMNS = (
     "log strain fallen below by 0.1 mm²",
     "log strain exceeded by 0.1 mm²",
     "von Mises exceeded by 0.1 mm², kPa",
-    "upper length that carries 95 %, mm",
-    "lower length that carries 95 %, mm",
 )
 
 AREA_MM2 = 0.1
-SHARE = 0.95
 
 
 class Extended:
@@ -79,8 +74,6 @@ class Extended:
         row["strain_min"] = -self._exceeded(-element["log_strain_min"])
         row["strain_max"] = self._exceeded(element["log_strain_max"])
         row["mises_kpa"] = 1e3 * self._exceeded(element["von_mises_mpa"])
-        for lip, contact in increment.contact.items():
-            row[f"{lip}_carrying_mm"] = carrying_length(contact.arc_mm, contact.pressure_mpa)
         self.rows.append(row)
 
     def _exceeded(self, values: NDArray[np.float64]) -> float:
@@ -89,18 +82,6 @@ class Extended:
         order = np.argsort(-chosen)
         above = np.cumsum(area[order]) - 0.5 * area[order]
         return float(np.interp(AREA_MM2, above, chosen[order]))
-
-
-def carrying_length(arc_mm: NDArray[np.float64], pressure_mpa: NDArray[np.float64]) -> float:
-    """Return the shortest length of skin, mm, that carries ``SHARE`` of the pressure on it."""
-    if not np.any(pressure_mpa > 0):
-        return 0.0
-    between = 0.5 * (arc_mm[1:] + arc_mm[:-1])
-    stands_for = np.diff(between, prepend=arc_mm[0], append=arc_mm[-1])
-    order = np.argsort(-pressure_mpa)
-    load = np.cumsum((pressure_mpa * stands_for)[order])
-    length = np.cumsum(stands_for[order])
-    return float(np.interp(SHARE * load[-1], np.append(0.0, load), np.append(0.0, length)))
 
 
 def outputs(rows: list[dict[str, float]]) -> list[float]:
@@ -126,7 +107,6 @@ def outputs(rows: list[dict[str, float]]) -> list[float]:
         top("strain_min"),
         top("strain_max"),
         top("mises_kpa"),
-        *(touching(f"{lip}_carrying_mm") for lip in LIPS),
     ]
 
 

@@ -352,7 +352,8 @@ class _Diary:
         position = surface.positions(commit.state.displacement).reshape(-1, 2)
         steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
         place = np.concatenate([[0.0], np.cumsum(steps)]).reshape(length.shape)
-        return ContactLine(pressure * reference, length, place)
+        gap = np.min([touch.points.gap for _, touch in pairs], axis=0)
+        return ContactLine(pressure * reference, length, place, gap)
 
     def _force_on_neck(self, lip: str, commit: Commit) -> Array:
         force = np.zeros(2)

@@ -28,6 +28,7 @@ from fem2d.inertia import Inertia
 from fem2d.newton import NewtonSettings
 from fem2d.surface import Surface
 from geometry2d.outline import Outline
+from scenarios.measures import ContactLine
 
 QUASI_STATIC = Inertia(0.0)
 NO_FRICTION = FrictionLaw(0.0)
@@ -76,10 +77,10 @@ def test_hertz_cylinder(element, finest, points):
     assert x[touching].max() == pytest.approx(half_width, abs=finest)
 
 
-def pressure_under_crest(edge, **points):
-    """Places and pressures, kPa, along a soft quadratic block under the flat crest of a thread.
+def pressed_by_crest(edge, *, aside=0.0, **points):
+    """A soft quadratic block under the flat crest of a thread: its surface and the last commit.
 
-    Each place once, from the middle of the crest outwards; 1.6 mm wide, corners of 0.4 mm.
+    The crest is 1.6 mm wide, its middle ``aside`` of the block's, its corners are of 0.4 mm.
     """
     body = block(
         np.linspace(-3, 3, round(6 / edge) + 1),
@@ -89,8 +90,14 @@ def pressure_under_crest(edge, **points):
     )
     top = Surface(body.edges("top"), body.nodes, **points)
     crest = Outline.from_corners([[-0.8, 0], [0.8, 0], [0.8, 3], [-0.8, 3]], 0.4)
-    system = supported(body, [RigidContact("crest", top, crest, NormalLaw(), NO_FRICTION)])
-    last = followed(system, path([0, 1], [[0, 0], [0, -0.3]]), increments=6)[-1]
+    pair = RigidContact("crest", top, crest.moved(0.0, [aside, 0.0]), NormalLaw(), NO_FRICTION)
+    motion = path([0, 1], [[0, 0], [0, -0.3]])
+    return top, followed(supported(body, [pair]), motion, increments=6)[-1]
+
+
+def pressure_under_crest(edge, **points):
+    """Places and pressures, kPa, each place once, from the middle of the crest outwards."""
+    top, last = pressed_by_crest(edge, **points)
     place, first = np.unique(np.round(top.arc_length - 3.0, 9), return_index=True)
     pressure = 1e3 * last.contacts[0].points.pressure.ravel()[first]
     return place[place >= 0], pressure[place >= 0]
@@ -107,6 +114,23 @@ def test_pressure_at_nodes_does_not_alternate_under_a_crest():
     # Four Gauss points constrain an edge more often than it has unknowns.
     _, alternating = pressure_under_crest(0.15, points_per_edge=4)
     assert np.abs(np.diff(alternating, 2)).sum() > 2 * np.abs(np.diff(pressure, 2)).sum()
+
+
+def length_under_crest(edge, aside):
+    """Length of contact, mm."""
+    top, last = pressed_by_crest(edge, aside=aside, at_nodes=True)
+    place = top.positions(last.state.displacement)[..., 0]
+    points = last.contacts[0].points
+    # The top runs from right to left.
+    line = ContactLine(points.pressure * top.weight, top.weight, -place, points.gap)
+    return line.contact_length()
+
+
+@pytest.mark.slow
+def test_length_of_contact_under_a_crest_wherever_the_nodes_lie():
+    exact = length_under_crest(0.05, 0.0)
+    coarse = [length_under_crest(0.2, aside) for aside in (0.0, 0.02, 0.04, 0.06, 0.08)]
+    np.testing.assert_allclose(coarse, exact, rtol=0.015)
 
 
 def test_flat_punch_away_from_its_corners():
