@@ -32,6 +32,8 @@ from scenarios.measures import ContactLine
 
 QUASI_STATIC = Inertia(0.0)
 NO_FRICTION = FrictionLaw(0.0)
+GAUSS_2, GAUSS_4, NODES = {"points_per_edge": 2}, {"points_per_edge": 4}, {"at_nodes": True}
+"""Where the tissue touches: lips do at their nodes."""
 STIFF = NormalLaw(stiffness_mpa_per_mm=1e3, ramp_mm=1e-9)
 """Penetrates 6e-6 mm at the pressures below; indentations are a thousand times as deep."""
 
@@ -46,8 +48,11 @@ def supported(body, pairs, *, symmetric=False, **options):
     )
 
 
-@pytest.mark.parametrize(("element", "finest", "points"), [("Q4", 0.04, 2), ("T6", 0.05, 4)])
-def test_hertz_cylinder(element, finest, points):
+@pytest.mark.parametrize(
+    ("element", "finest", "sampled"),
+    [("Q4", 0.04, GAUSS_2), ("T6", 0.05, GAUSS_4), ("Q4", 0.04, NODES), ("T6", 0.05, NODES)],
+)
+def test_hertz_cylinder(element, finest, sampled):
     # b² = 4 F'R/(π E*), p0 = 2 F'/(π b), here with the force found, half of which acts on the half
     # modelled. The block is 37 b wide and deep: its size changes p0 by some (b/D)² = 0.1 %.
     young, poisson, radius = 1.0, 0.3, 100.0
@@ -57,7 +62,7 @@ def test_hertz_cylinder(element, finest, points):
         linear_elastic(young, poisson),
         element=element,
     )
-    top = Surface(body.edges("top"), body.nodes, points_per_edge=points)
+    top = Surface(body.edges("top"), body.nodes, **sampled)
     cylinder = Outline.circle([0, radius], radius)
     system = supported(
         body, [RigidContact("cylinder", top, cylinder, STIFF, NO_FRICTION)], symmetric=True
@@ -133,13 +138,14 @@ def test_length_of_contact_under_a_crest_wherever_the_nodes_lie():
     np.testing.assert_allclose(coarse, exact, rtol=0.015)
 
 
-def test_flat_punch_away_from_its_corners():
+@pytest.mark.parametrize(("sampled", "within"), [(GAUSS_2, 0.005), (NODES, 0.01)])
+def test_flat_punch_away_from_its_corners(sampled, within):
     # p = F'/(π √(a² − x²))
     # The lines are finest at the corner, where the exact pressure is infinite.
     inside, outside = graded(1, 0.01, 0.1, 1.2), graded(39, 0.01, 0.1, 1.2)
     x = np.concatenate([1 - inside[:0:-1], 1 + outside])
     body = block(x, -graded(40, 0.01, 0.1, 1.2)[::-1], linear_elastic(1.0, 0.3))
-    top = Surface(body.edges("top"), body.nodes, points_per_edge=2)
+    top = Surface(body.edges("top"), body.nodes, **sampled)
     punch = Outline.from_corners([[-1, 0], [1, 0], [1, 2], [-1, 2]], 0)
     system = supported(
         body, [RigidContact("punch", top, punch, STIFF, NO_FRICTION)], symmetric=True
@@ -151,23 +157,27 @@ def test_flat_punch_away_from_its_corners():
     away = np.abs(x) < 0.8
     assert away.sum() > 15
     exact = force / (np.pi * np.sqrt(1 - x[away] ** 2))
-    np.testing.assert_allclose(pressure[away], exact, rtol=0.005)
+    np.testing.assert_allclose(pressure[away], exact, rtol=within)
 
 
 @pytest.mark.slow
-def test_cattaneo_mindlin_partial_slip():
+@pytest.mark.parametrize(
+    ("finest", "sampled", "largest_within"), [(0.03, GAUSS_2, 0.01), (0.02, NODES, 0.03)]
+)
+def test_cattaneo_mindlin_partial_slip(finest, sampled, largest_within):
     # c/b = √(1 − Q/(μP)) and q = μ p0 (√(1 − x²/b²) − (c/b) √(1 − x²/c²)) inside c. The block is
     # nearly incompressible (Dundurs' β = 0.0002) and is pressed without friction, so that no shear
-    # is there before the cylinder is dragged.
+    # is there before the cylinder is dragged. The radius is read between two points, half a node's
+    # distance fine; at nodes the shear's peak at c, a cusp, is blunted.
     friction, radius, poisson = 0.2, 100.0, 0.4998
-    half = graded(60, 0.03, 1.4, 1.35)
+    half = graded(60, finest, 1.4, 1.35)
     body = block(
         np.concatenate([-half[:0:-1], half]),
-        -graded(60, 0.03, 0.5, 1.35)[::-1],
+        -graded(60, finest, 0.5, 1.35)[::-1],
         linear_elastic(1.0, poisson),
         element="Q4M",
     )
-    top = Surface(body.edges("top"), body.nodes, points_per_edge=2)
+    top = Surface(body.edges("top"), body.nodes, **sampled)
     cylinder = Outline.circle([0, radius], radius)
 
     def with_friction(law):
@@ -194,17 +204,18 @@ def test_cattaneo_mindlin_partial_slip():
     exact = friction * peak * (root - stick / half_width * inner)
     difference = (np.abs(points.shear) - exact)[np.abs(x) < half_width]
     assert np.sqrt(np.mean(difference**2)) < 0.03 * friction * peak
-    assert np.abs(points.shear).max() == pytest.approx(exact.max(), rel=0.01)
+    assert np.abs(points.shear).max() == pytest.approx(exact.max(), rel=largest_within)
 
 
+@pytest.mark.parametrize("sampled", [GAUSS_4, NODES])
 @pytest.mark.parametrize("element", ["Q4", "T6", "Q8"])
-def test_patch_pressed_on_a_rigid_plane(element):
+def test_patch_pressed_on_a_rigid_plane(element, sampled):
     # A uniform dead pressure on top of a distorted mesh arrives unchanged at the plane.
     body = block(
         np.linspace(0, 1, 7), np.linspace(0, 0.5, 4), linear_elastic(1.0, 0.3),
         element=element, distortion=0.35,
     )  # fmt: skip
-    bottom = Surface(body.edges("bottom"), body.nodes)
+    bottom = Surface(body.edges("bottom"), body.nodes, **sampled)
     # The plane starts a little inside the block, which would otherwise hang free at first.
     pair = RigidContact("plane", bottom, plane_below(1e-3), NormalLaw(100.0, 1e-4), NO_FRICTION)
     force = side_pressure(body, "top", (0.0, -0.05))
