@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -113,6 +113,9 @@ class Body:
         (e, q) reference volume each integration point stands for, mm³.
     pattern
         Sparsity pattern of the stiffness.
+    in_halves
+        Whether one half of the elements is summed on the second thread, which a body that is
+        itself looked after there must not ask for.
     """
 
     mesh: skfem.Mesh
@@ -124,6 +127,7 @@ class Body:
     tables: Tables
     weights: Array
     pattern: SparsePattern
+    in_halves: bool = True
 
     @classmethod
     def of(
@@ -192,6 +196,37 @@ class Body:
     def nodes(self) -> Array:
         """(n, 2) reference positions of all nodes, mm, mid-side nodes included."""
         return self.tables.nodes
+
+    def piece(self, nodes: NDArray[np.integer]) -> Body:
+        """Return the body made of the elements on some nodes (n,), ascending, and no others.
+
+        Its nodes have the same order, and it is not summed in halves.
+
+        Raises
+        ------
+        BodyError
+            If the elements have other nodes too, or not all of these.
+        """
+        number = np.full(len(self.nodes), -1)
+        number[nodes] = np.arange(len(nodes))
+        connectivity = number[self.tables.connectivity]
+        elements = np.flatnonzero(connectivity[:, 0] >= 0)
+        connectivity = connectivity[elements]
+        if not np.array_equal(np.unique(connectivity), np.arange(len(nodes))):
+            raise BodyError(f"{len(nodes)} nodes are no piece of the body: elements share others")
+        mesh = self.mesh.restrict(elements)
+        tables = Tables.of(mesh, self.element)
+        renumbered = np.empty(len(nodes), np.int64)
+        renumbered[tables.connectivity] = connectivity
+        return replace(
+            self,
+            mesh=mesh,
+            material_of=self.material_of[elements],
+            tables=tables.renumbered(renumbered),
+            weights=self.weights[elements],
+            pattern=SparsePattern.of(connectivity, len(nodes)),
+            in_halves=False,
+        )
 
     def response(self, u: ArrayLike, *, projected: bool = False) -> Response:
         """Return energy, force and stiffness at displacements ``u`` (n, 2), mm.
@@ -362,7 +397,7 @@ class Body:
 
         # Always the same two halves, whatever runs them: the bits do not depend on the machine.
         elements = len(self.tables.connectivity)
-        if elements < SMALL_BODY:
+        if elements < SMALL_BODY or not self.in_halves:
             return summed(0, elements)
         other = second_thread().submit(summed, elements // 2, elements)
         half = summed(0, elements // 2)

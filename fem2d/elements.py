@@ -25,7 +25,7 @@ are still derivatives of one energy.
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -140,6 +140,17 @@ class Tables:
     gradients: Array
     points: Array
     areas: Array
+
+    def renumbered(self, number: Index) -> Tables:
+        """Return the tables with node ``i`` called ``number[i]``."""
+        nodes = np.empty_like(self.nodes)
+        nodes[number] = self.nodes
+        return replace(
+            self,
+            nodes=nodes,
+            connectivity=number[self.connectivity],
+            facet_nodes=number[self.facet_nodes],
+        )
 
     @classmethod
     def of(cls, mesh: skfem.Mesh, element: Element) -> Tables:

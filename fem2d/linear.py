@@ -10,8 +10,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
-from concurrent.futures import wait
-from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, files
 from typing import Protocol
@@ -19,18 +17,9 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from fem2d.second_thread import second_thread
-
 Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
-EVERYTHING = slice(None)
-
-WORTH_PARTING = 2000
-"""Matrices of fewer unknowns are factorised in one piece: handing over a part costs more."""
 
 
 class SingularMatrixError(ArithmeticError):
@@ -47,6 +36,9 @@ class DirectSolver(Protocol):
 
     def solve(self, right_hand_side: Array) -> Array:
         """Return the solution (n,) for the matrix factorised last."""
+
+    def another(self) -> DirectSolver:
+        """Return a solver of the same kind that knows no matrix yet."""
 
 
 class SuperLu:
@@ -70,6 +62,10 @@ class SuperLu:
         """Return the solution (n,) for the matrix factorised last."""
         solution: Array = self._factor.solve(right_hand_side)
         return solution
+
+    def another(self) -> SuperLu:
+        """Return a solver of the same kind that knows no matrix yet."""
+        return type(self)()
 
 
 class Pardiso:
@@ -110,6 +106,10 @@ class Pardiso:
             raise SingularMatrixError("nothing was factorised yet: call factorise first")
         return self._call(self._SOLVE, self._matrix, np.ascontiguousarray(right_hand_side))
 
+    def another(self) -> Pardiso:
+        """Return a solver of the same kind that knows no matrix yet."""
+        return type(self)()
+
     def _call(self, phase: int, matrix: sp.csr_matrix, vector: Array) -> Array:
         from pypardiso.pardiso_wrapper import PyPardisoError
 
@@ -125,98 +125,6 @@ class Pardiso:
         matrix = getattr(self, "_matrix", None)
         if matrix is not None and not at_exit():
             self._call(self._FREE, matrix, np.zeros(matrix.shape[0]))
-
-
-class InParts:
-    """Solves the independent parts of a matrix side by side, two threads in all.
-
-    Two lips that do not touch share no unknown, so their factors can be made at the same time. Each
-    part is solved on one thread alone: bits repeat, which those of one factorisation on two threads
-    do not.
-
-    Parameters
-    ----------
-    part
-        The kind of solver that each part gets.
-    """
-
-    def __init__(self, part: type[Pardiso] | type[SuperLu]) -> None:
-        self._part = part
-        self.name = part.name
-        self._matrix: sp.csr_matrix | None = None
-        self._parts: tuple[_Part, ...] = ()
-
-    def factorise(self, matrix: sp.csr_matrix) -> None:
-        """Factorise; raises `SingularMatrixError`."""
-        if self._matrix is None or not _same_pattern(self._matrix, matrix):
-            self._parts = tuple(_Part.of(matrix, u, self._part()) for u in _independent(matrix))
-        self._matrix = matrix
-        self._beside_each_other(lambda part: part.factorise(matrix))
-
-    def solve(self, right_hand_side: Array) -> Array:
-        """Return the solution (n,) for the matrix factorised last."""
-        if self._matrix is None:
-            raise SingularMatrixError("nothing was factorised yet: call factorise first")
-        solution = np.empty_like(right_hand_side)
-
-        def solve_part(part: _Part) -> None:
-            solution[part.unknowns] = part.solver.solve(right_hand_side[part.unknowns])
-
-        self._beside_each_other(solve_part)
-        return solution
-
-    def _beside_each_other(self, do: Callable[[_Part], None]) -> None:
-        first, *others = self._parts
-        started = [second_thread().submit(do, part) for part in others]
-        try:
-            do(first)
-        finally:
-            wait(started)
-        for other in started:
-            other.result()
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """Some unknowns of a matrix that no other unknown is coupled to, or all, and their solver."""
-
-    unknowns: Index | slice
-    entries: Index | slice
-    """Where the part's entries lie in the data of the whole matrix."""
-    indptr: NDArray[np.int32]
-    indices: NDArray[np.int32]
-    solver: DirectSolver
-
-    @classmethod
-    def of(cls, matrix: sp.csr_matrix, unknowns: Index | slice, solver: DirectSolver) -> _Part:
-        if isinstance(unknowns, slice):
-            return cls(EVERYTHING, EVERYTHING, matrix.indptr, matrix.indices, solver)
-        numbered = sp.csr_matrix(
-            (np.arange(matrix.nnz), matrix.indices, matrix.indptr), matrix.shape
-        )
-        part = numbered[unknowns][:, unknowns].tocsr()
-        part.sort_indices()
-        return cls(unknowns, part.data, part.indptr, part.indices, solver)
-
-    def factorise(self, matrix: sp.csr_matrix) -> None:
-        size = len(self.indptr) - 1
-        part = sp.csr_matrix(
-            (matrix.data[self.entries], self.indices, self.indptr), shape=(size, size)
-        )
-        self.solver.factorise(part)
-
-
-def _independent(matrix: sp.csr_matrix) -> list[Index | slice]:
-    """Return the unknowns of at most two parts of like size that do not couple."""
-    count, label = connected_components(matrix, directed=False)
-    if count == 1 or matrix.shape[0] < WORTH_PARTING:
-        return [EVERYTHING]
-    sizes = np.bincount(label)
-    first, second = np.zeros(count, bool), np.zeros(count, bool)
-    for part in np.argsort(-sizes, kind="stable"):
-        smaller = first if sizes[first].sum() <= sizes[second].sum() else second
-        smaller[part] = True
-    return [np.flatnonzero(chosen[label]) for chosen in (first, second)]
 
 
 def _same_pattern(one: sp.csr_matrix, other: sp.csr_matrix) -> bool:
@@ -319,8 +227,8 @@ def _upper_triangle(matrix: sp.csr_matrix) -> sp.csr_matrix:
 
 
 def fastest_solver() -> DirectSolver:
-    """Return PARDISO in parts where its wheel is installed, SuperLU elsewhere."""
+    """Return PARDISO where its wheel is installed, SuperLU elsewhere."""
     try:
-        return InParts(Pardiso)
+        return Pardiso()
     except ImportError:
         return SuperLu()

@@ -1,8 +1,9 @@
 """From the first to the last instant of a rigid motion, in steps that adapt.
 
 Each step tries to bring the forces into balance with the rigid body where the motion puts it at the
-end of the step. A trial that fails, or ends inside a wall, leaves no trace: the step is halved and
-tried again from the same committed state. A trial that succeeds is committed and reported.
+end of the step (:mod:`fem2d.step`). A trial that fails, or ends inside a wall, leaves no trace: the
+step is halved and tried again from the same committed state. A trial that succeeds is committed and
+reported.
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from fem2d.body import Response
 from fem2d.contact import ContactResponse
 from fem2d.instability import Instability, Passage, instability_of, passages_with
-from fem2d.linear import DirectSolver, SingularMatrixError
-from fem2d.newton import NewtonResult, NewtonSettings, NewtonStatus, solve
+from fem2d.linear import DirectSolver
+from fem2d.newton import NewtonResult, NewtonSettings
 from fem2d.state import State
+from fem2d.step import Stepper
 from fem2d.system import Energies, System, SystemBalance
 from fem2d.tissue_contact import TissueResponse
 from geometry2d.rigid import RigidMotion, RigidPlacement
@@ -161,7 +162,7 @@ def march(
     start
         Committed state to start from; resuming from any committed state gives the same bits.
     solver
-        For the linear systems.
+        For the linear systems; parts that do not touch get others of its kind.
     end_s
         Where to stop, s; the motion's last sample by default.
     on_commit
@@ -169,10 +170,10 @@ def march(
         solved on this one; raising ``KeyboardInterrupt`` stops.
     """
     steps = steps or StepSettings()
-    newton = newton or NewtonSettings()
     last_s = float(motion.time_s[-1]) if end_s is None else end_s
+    stepper = Stepper(system, motion, solver, newton or NewtonSettings())
     state = start
-    of_body: Response | None = None
+    of_body = system.body.response(start.displacement)
     touching = system.contact_responses(state.displacement, state.placement, state)
     increments = iterations = cutbacks = 0
 
@@ -191,7 +192,7 @@ def march(
                     last_s - state.time_s,
                     _travel_limit(system, motion, state, touching, steps),
                 )
-                trial, balance = attempt(system, motion, state, duration, solver, newton, of_body)
+                trial, balance = stepper.attempt(state, duration, of_body)
                 iterations += trial.iterations
                 sound = trial.converged and not _plunged(touching, balance, steps)
                 if sound and not _surprising(trial, duration, steps):
@@ -264,36 +265,6 @@ class _Reports:
         self._on_commit(commit)
 
 
-def attempt(
-    system: System,
-    motion: RigidMotion,
-    state: State,
-    duration_s: float,
-    solver: DirectSolver,
-    newton: NewtonSettings,
-    of_body: Response | None = None,
-) -> tuple[NewtonResult, SystemBalance]:
-    """Try to balance the forces ``duration_s`` after ``state``; nothing is committed.
-
-    ``of_body`` is the body's response in ``state``, if it is known.
-    """
-    placement = motion.at(state.time_s + duration_s)
-
-    def solved(start: Array) -> tuple[NewtonResult, SystemBalance]:
-        before = system.reached(state, start, placement)
-        return solve(
-            lambda u: system.balance(u, placement, before, duration_s),
-            start,
-            solver=solver,
-            settings=newton,
-        )
-
-    trial, balance = solved(_predicted(system, state, placement, duration_s, solver, of_body))
-    if trial.status is NewtonStatus.INADMISSIBLE and trial.iterations == 0:
-        return solved(state.displacement)
-    return trial, balance
-
-
 def committed(
     system: System,
     before: State,
@@ -328,31 +299,6 @@ def committed(
         system.energies(state, balance),
         folds=balance.folded,
     )
-
-
-def _predicted(
-    system: System,
-    state: State,
-    placement: RigidPlacement,
-    duration_s: float,
-    solver: DirectSolver,
-    of_body: Response | None,
-) -> Array:
-    """Return where the tissue goes to first order when the rigid body moves on."""
-    balance = system.balance(
-        state.displacement,
-        state.placement,
-        state,
-        duration_s,
-        body_moves_to=placement,
-        of_body=of_body,
-    )
-    try:
-        solver.factorise(balance.matrix(False))
-    except SingularMatrixError:
-        return state.displacement
-    step: Array = solver.solve(balance.residual).reshape(state.displacement.shape)
-    return state.displacement - step
 
 
 def _travel_limit(

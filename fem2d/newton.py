@@ -81,19 +81,19 @@ class NewtonResult:
 
     Attributes
     ----------
+    start, displacement
+        (n, 2) where it began and where it ended, mm.
     norms
         Largest unbalanced nodal force at each iterate, N.
     force_scale
         Largest nodal force that acts at the last iterate, N.
-    correction_mm
-        Largest displacement of a node from where the solve started, mm.
     """
 
     status: NewtonStatus
+    start: Array
     displacement: Array
     norms: tuple[float, ...]
     force_scale: float
-    correction_mm: float
 
     @property
     def converged(self) -> bool:
@@ -109,6 +109,11 @@ class NewtonResult:
     def iterations(self) -> int:
         """Linear systems solved."""
         return len(self.norms) - 1
+
+    @property
+    def correction_mm(self) -> float:
+        """Largest displacement of a node from where the solve began, mm."""
+        return float(np.max(np.linalg.norm(self.displacement - self.start, axis=1)))
 
 
 def solve(
@@ -137,12 +142,13 @@ def solve(
     norms = [_norm(balance)]
 
     def ended(status: NewtonStatus) -> tuple[NewtonResult, SomeBalance]:
-        correction = float(np.max(np.linalg.norm(displacement - start, axis=1)))
-        result = NewtonResult(status, displacement, tuple(norms), balance.force_scale, correction)
+        result = NewtonResult(status, start, displacement, tuple(norms), balance.force_scale)
         return result, balance
 
     if not np.isfinite(norms[0]):
         return ended(NewtonStatus.INADMISSIBLE)
+    if norms[0] <= _wanted(balance, settings):
+        return ended(NewtonStatus.CONVERGED)
     for _ in range(settings.iterations):
         damped = len(norms) > 4 and norms[-1] > 0.5 * norms[-3]
         # With the tangent of the last iterate the forces shrink again by about twice the ratio

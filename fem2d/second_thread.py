@@ -1,4 +1,4 @@
-"""The one thread that takes half of the solver's work: elements to assemble, factors to make."""
+"""The one thread that takes half of the solver's work: half of the elements, or a whole part."""
 
 from __future__ import annotations
 

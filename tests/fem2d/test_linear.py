@@ -8,9 +8,7 @@ from hypothesis import strategies as st
 
 from fem2d.instability import softest_mode
 from fem2d.linear import (
-    InParts,
     Pardiso,
-    SingularMatrixError,
     SuperLu,
     SymmetricPardiso,
     SymmetricSuperLu,
@@ -54,36 +52,16 @@ def test_same_matrix_same_bits():
     assert np.array_equal(solutions[0], solutions[2])
 
 
-@pytest.mark.parametrize("sizes", [(2500,), (1500, 1200), (900, 40, 1300, 300)])
-def test_parts_that_do_not_couple_are_solved_apart_and_give_the_same(sizes):
-    matrix = sp.block_diag([unsymmetric(seed, size) for seed, size in enumerate(sizes)]).tocsr()
-    mixed = np.random.default_rng(4).permutation(matrix.shape[0])
-    matrix = matrix[mixed][:, mixed].tocsr()
-    matrix.sort_indices()
-    expected = np.random.default_rng(5).normal(size=matrix.shape[0])
-    solver, whole = InParts(SuperLu), SuperLu()
-    for scale in (1.0, 2.0):
-        for each in (solver, whole):
-            each.factorise(scale * matrix)
-        right = matrix @ expected
-        np.testing.assert_allclose(solver.solve(right), expected / scale, atol=1e-8)
-        np.testing.assert_allclose(solver.solve(right), whole.solve(right), atol=1e-8)
-
-
-def test_a_pattern_that_couples_the_parts_is_noticed():
-    apart = sp.block_diag([unsymmetric(0, 1500), unsymmetric(1, 1500)]).tolil()
-    coupled = apart.copy()
-    coupled[0, 2000] = coupled[2000, 0] = 0.5
-    solver, expected = InParts(SuperLu), np.random.default_rng(2).normal(size=3000)
-    for matrix in (apart.tocsr(), coupled.tocsr(), apart.tocsr()):
-        solver.factorise(matrix)
-        np.testing.assert_allclose(solver.solve(matrix @ expected), expected, atol=1e-8)
-
-
-def test_a_singular_part_is_named():
-    matrix = sp.block_diag([unsymmetric(0, 1500), sp.csr_matrix((1500, 1500))]).tocsr()
-    with pytest.raises(SingularMatrixError):
-        InParts(SuperLu).factorise(matrix)
+@pytest.mark.parametrize("kind", [SuperLu, Pardiso, SymmetricPardiso, SymmetricSuperLu])
+def test_another_solver_is_of_the_same_kind_and_knows_nothing_of_the_first(kind):
+    first, expected = kind(), np.arange(60.0)
+    matrices = [symmetric(seed, 60) + 20 * sp.identity(60) for seed in (1, 2)]
+    first.factorise(matrices[0].tocsr())
+    second = first.another()
+    assert type(second) is kind
+    second.factorise(matrices[1].tocsr())
+    for solver, matrix in zip((first, second), matrices, strict=True):
+        np.testing.assert_allclose(solver.solve(matrix @ expected), expected, atol=1e-9)
 
 
 @settings(deadline=None, max_examples=30)

@@ -8,8 +8,9 @@ from contact_models import FINE, LIP_PRESS, followed, force_on_tissue, lip_press
 
 from fem2d.friction import FrictionLaw, NormalLaw
 from fem2d.linear import Pardiso, SuperLu, fastest_solver
-from fem2d.march import SURPRISE, MarchStatus, StepSettings, attempt, march
+from fem2d.march import SURPRISE, MarchStatus, StepSettings, march
 from fem2d.newton import NewtonSettings
+from fem2d.step import attempt
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 
 MODEL = {"columns": 50, "rows": 10, "points": 3, "friction": FrictionLaw(0.3, 10.0)}

@@ -1,0 +1,191 @@
+"""Tissue in pieces: each balances as in the whole, and what they do to each other is seen."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from contact_models import FINE, block, linear_elastic
+from test_tissue_contact import between, joined
+
+import fem2d.step
+from fem2d.body import BodyError
+from fem2d.contact import RigidContact
+from fem2d.friction import FrictionLaw, NormalLaw
+from fem2d.inertia import Inertia
+from fem2d.linear import SuperLu, fastest_solver
+from fem2d.load import Amplitude, DeadLoad
+from fem2d.march import MarchStatus, StepSettings, march
+from fem2d.parts import parts_of, piece_of_node, touch_one_another
+from fem2d.surface import Surface
+from fem2d.system import System
+from fem2d.tie import ElasticTie
+from geometry2d.outline import Outline
+from geometry2d.rigid import RigidMotion
+
+GAP_MM = 0.3
+
+
+def two_blocks() -> System:
+    """A block on bone and, above it and apart from it, one on weak ties that a plate may push."""
+    material = linear_elastic(1.0, 0.4)
+    lower = block(np.linspace(-1.5, 1.5, 9), np.linspace(-1, 0, 4), material, element="T6")
+    upper = block(
+        np.linspace(-1, 1, 8), np.linspace(GAP_MM, GAP_MM + 0.8, 4), material, element="T6"
+    )
+    body = joined(lower, upper, {"lower": material, "upper": linear_elastic(0.5, 0.4)}, "T6")
+
+    def surface(name: str) -> Surface:
+        return Surface(body.edges(name), body.nodes)
+
+    plate = Outline.from_corners([(-3, 0), (3, 0), (3, 1), (-3, 1)], 0.1)
+    law = NormalLaw(50.0, 1e-3)
+    contacts = tuple(
+        RigidContact(side, surface(side), plate, law, FrictionLaw(0.6, 20.0))
+        for side in ("upper_top", "lower_left")
+    )
+    return System(
+        body,
+        contacts,
+        (
+            ElasticTie("bone", surface("lower_bottom"), 100.0, 0.0),
+            ElasticTie("left", surface("upper_left"), 0.3, 0.2),
+            ElasticTie("right", surface("upper_right"), 0.3, 0.2),
+        ),
+        Inertia(1e-9, relaxation_s=0.01),
+        (between(body, law, FrictionLaw(0.3, 20.0), points=3),),
+        (
+            DeadLoad(
+                "pull", surface("lower_right"), 0.1, 0.9, 0.1, (0.02, 0.0),
+                Amplitude((0.0, 1.0), (0.0, 1.0)),
+            ),
+        ),
+    )  # fmt: skip
+
+
+def pushed(down_mm: float) -> RigidMotion:
+    """The plate comes down a second long, on a slant, and goes back up in the next."""
+    times = np.array([0.0, 1.0, 2.0])
+    top = GAP_MM + 0.8 + 0.02
+    shift = [(0.0, top), (0.1, top - down_mm), (0.0, top + 0.1)]
+    return RigidMotion(times, np.zeros(3), np.array(shift))
+
+
+def at_rest(system: System, motion: RigidMotion):
+    return system.state_at_rest(0.0, motion.at(0.0), next_step_s=0.05)
+
+
+def marched(system, motion, start=None, solver=None, **options):
+    commits = []
+    result = march(
+        system,
+        motion,
+        start or at_rest(system, motion),
+        solver=solver or fastest_solver(),
+        steps=StepSettings(longest_s=0.05),
+        newton=FINE,
+        on_commit=commits.append,
+        **options,
+    )
+    assert result.status is MarchStatus.FINISHED
+    return commits
+
+
+def test_a_part_balances_as_it_does_in_the_whole():
+    system, motion = two_blocks(), pushed(0.1)
+    state = marched(system, motion, end_s=0.7)[-1].state
+    assert state.histories[0].traction.any()
+    rng = np.random.default_rng(3)
+    displacement = state.displacement + 1e-3 * rng.normal(size=state.displacement.shape)
+    placement = motion.at(0.72)
+    whole = system.balance(displacement, placement, state, 0.02)
+    tangent = whole.matrix(False)
+    parts = parts_of(system)
+    assert [len(part.nodes) for part in parts] == [119, 105]
+    assert sorted(np.concatenate([part.nodes for part in parts])) == list(range(224))
+    for part in parts:
+        own, dofs = part.state(state), (2 * part.nodes[:, None] + np.arange(2)).ravel()
+        alone = part.system.balance(displacement[part.nodes], placement, own, 0.02)
+        scale = np.abs(whole.residual).max()
+        assert scale > 1e-3
+        np.testing.assert_allclose(alone.residual, whole.residual[dofs], atol=1e-13 * scale)
+        difference = alone.matrix(False) - tangent[dofs][:, dofs]
+        assert abs(difference).max() < 1e-13 * abs(tangent).max()
+        of_part = part.response(system.body.response(displacement))
+        expected = part.system.body.response(displacement[part.nodes])
+        np.testing.assert_allclose(of_part.force, expected.force, atol=1e-15)
+        np.testing.assert_allclose(of_part.stiffness, expected.stiffness, atol=1e-14)
+
+
+def test_what_touches_nothing_of_the_other_takes_no_iterations_of_the_whole(monkeypatch):
+    system, motion = two_blocks(), pushed(0.1)
+    asked = []
+    solved = fem2d.step.solve
+
+    def watched(balance_at, start, **options):
+        result, balance = solved(balance_at, start, **options)
+        if len(start) == len(system.body.nodes):
+            asked.append(result.iterations)
+        return result, balance
+
+    monkeypatch.setattr(fem2d.step, "solve", watched)
+    commits = marched(system, motion)
+    assert max(commit.contacts[0].energy for commit in commits) > 0
+    assert len(asked) >= len(commits)
+    assert set(asked) == {0}
+
+
+@pytest.mark.parametrize("down_mm", [0.1, 0.6])
+def test_parts_and_whole_go_the_same_way(monkeypatch, down_mm):
+    """Apart all the time, or pressed on each other, which no part by itself knows of."""
+    system, motion = two_blocks(), pushed(down_mm)
+    commits = marched(system, motion)
+    piece = piece_of_node(system)
+    together = [touch_one_another(piece, commit.folds) for commit in commits]
+    assert any(together) == (down_mm > GAP_MM)
+    assert not together[0]
+    monkeypatch.setattr(fem2d.step, "parts_of", lambda system: ())
+    assert max(commit.newton.imbalance for commit in commits) <= FINE.tolerance
+    whole = marched(system, motion)
+    found, expected = commits[-1].state.displacement, whole[-1].state.displacement
+    # Steps need not be the same, and what sticks and slips remembers them.
+    np.testing.assert_allclose(found, expected, atol=1e-3)
+    peaks = [
+        max(float(np.max(commit.contacts[0].points.pressure)) for commit in run)
+        for run in (commits, whole)
+    ]
+    assert peaks[0] == pytest.approx(peaks[1], rel=0.01)
+
+
+def test_a_march_in_parts_goes_on_bit_for_bit_from_any_state():
+    system, motion = two_blocks(), pushed(0.6)
+    commits = marched(system, motion)
+    for at in (len(commits) // 4, len(commits) // 2, 3 * len(commits) // 4):
+        again = marched(system, motion, start=commits[at].state)
+        assert len(again) == len(commits) - at - 1
+        for item in fields(again[-1].state):
+            found, expected = (getattr(run[-1].state, item.name) for run in (again, commits))
+            if isinstance(expected, np.ndarray):
+                np.testing.assert_array_equal(found, expected)
+        assert again[-1].state.time_s == commits[-1].state.time_s
+
+
+def test_parts_get_solvers_of_the_kind_that_was_given():
+    system, motion = two_blocks(), pushed(0.1)
+    found = marched(system, motion, solver=SuperLu(), end_s=0.5)[-1].state
+    expected = marched(system, motion, end_s=0.5)[-1].state
+    np.testing.assert_allclose(found.displacement, expected.displacement, atol=1e-7)
+
+
+def test_a_surface_that_spans_two_pieces_keeps_them_together():
+    system = two_blocks()
+    edges = np.concatenate([system.body.edges(side) for side in ("upper_top", "lower_left")])
+    spanning = replace(system.contacts[0], surface=Surface(edges, system.body.nodes))
+    assert parts_of(system)
+    assert parts_of(replace(system, contacts=(spanning,))) == ()
+
+
+def test_nodes_that_are_no_piece_are_refused():
+    system = two_blocks()
+    nodes = parts_of(system)[0].nodes
+    with pytest.raises(BodyError, match="no piece"):
+        system.body.piece(nodes[:-1])
