@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,21 +19,13 @@ from fem2d.body import Response
 from fem2d.state import State
 from fem2d.surface import Surface
 from fem2d.system import System
-from fem2d.tissue_contact import TissueContact, TissueHistory, TissueResponse
+from fem2d.tissue_contact import NONE, TissueContact, TissueHistory, TissueResponse
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-ELSEWHERE = -1
-"""Number of a node or an edge that lies on another piece."""
-
-
-class _OnSurface(Protocol):
-    @property
-    def surface(self) -> Surface: ...
-
-
-SomethingOnSurface = TypeVar("SomethingOnSurface", bound=_OnSurface)
+ELSEWHERE = NONE
+"""Number of a node or an edge that lies on another piece: an anchor there is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +54,7 @@ class FoldOfPart:
             self.number[whole.edge[here]],
             whole.local[here],
             whole.weight[here],
-            np.where(anchored >= 0, self.number[anchored], ELSEWHERE),
+            np.where(anchored == NONE, NONE, self.number[anchored]),
             whole.anchor_local[here],
             whole.traction[here],
         )
@@ -140,7 +131,7 @@ def piece_of_node(system: System) -> Index:
 
 
 def touch_one_another(piece: Index, folded: Sequence[TissueResponse]) -> bool:
-    """Whether tissue of one piece touches, or last touched, that of another."""
+    """Whether tissue of one piece touches that of another."""
     for response in folded:
         edges, before = response.pair.edges, response.before
         here = piece[edges[before.edge[response.touching], 0]]
@@ -169,13 +160,6 @@ def _part(system: System, nodes: Index) -> Part:
     def moved(surface: Surface) -> Surface:
         return replace(surface, edges=number[surface.edges], nodes=body.nodes)
 
-    def on_part(all_of_them: Sequence[SomethingOnSurface]) -> tuple[SomethingOnSurface, ...]:
-        return tuple(
-            replace(one, surface=moved(one.surface))  # type: ignore[type-var]
-            for one in all_of_them
-            if here(one.surface)
-        )
-
     folds = []
     for index, fold in enumerate(system.folds):
         own = tuple(moved(surface) for surface in fold.surfaces if here(surface))
@@ -186,17 +170,15 @@ def _part(system: System, nodes: Index) -> Part:
     dofs = (2 * nodes[:, None] + np.arange(2)).ravel()
     whole = system.body.pattern
     entries = np.concatenate([np.arange(whole.indptr[dof], whole.indptr[dof + 1]) for dof in dofs])
-    return Part(
-        System(
-            body,
-            on_part(system.contacts),
-            on_part(system.ties),
-            system.inertia,
-            tuple(fold.pair for fold in folds),
-            on_part(system.loads),
+    contacts = [i for i, pair in enumerate(system.contacts) if here(pair.surface)]
+    alone = System(
+        body,
+        tuple(
+            replace(system.contacts[i], surface=moved(system.contacts[i].surface)) for i in contacts
         ),
-        nodes,
-        tuple(i for i, pair in enumerate(system.contacts) if here(pair.surface)),
-        tuple(folds),
-        entries,
+        tuple(replace(t, surface=moved(t.surface)) for t in system.ties if here(t.surface)),
+        system.inertia,
+        tuple(fold.pair for fold in folds),
+        tuple(replace(d, surface=moved(d.surface)) for d in system.loads if here(d.surface)),
     )
+    return Part(alone, nodes, tuple(contacts), tuple(folds), entries)
