@@ -45,6 +45,8 @@ class SuperLu:
     """scipy's SuperLU, ordered for structurally symmetric matrices."""
 
     name = "superlu"
+    _PIVOT_THRESHOLD = 0.001
+    """A diagonal pivot of this share of the largest in its column is kept."""
 
     def factorise(self, matrix: sp.csr_matrix) -> None:
         """Factorise; raises `SingularMatrixError`."""
@@ -52,7 +54,7 @@ class SuperLu:
             self._factor = splu(
                 matrix.tocsc(),
                 permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.001,
+                diag_pivot_thresh=self._PIVOT_THRESHOLD,
                 options={"SymmetricMode": True},
             )
         except RuntimeError as error:
@@ -174,14 +176,11 @@ class SymmetricPardiso(Pardiso):
 class SymmetricSuperLu(SuperLu):
     """SuperLU with its pivots kept on the diagonal."""
 
+    _PIVOT_THRESHOLD = 0.0
+
     def factorise(self, matrix: sp.csr_matrix) -> None:
         """Factorise; raises `SingularMatrixError` if a pivot vanishes."""
-        self._factor = splu(
-            matrix.tocsc(),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
+        super().factorise(matrix)
         if not np.array_equal(self._factor.perm_r, self._factor.perm_c):
             raise SingularMatrixError("a pivot on the diagonal vanished: the inertia is not known")
 

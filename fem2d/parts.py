@@ -74,6 +74,8 @@ class Part:
         Which of the whole's contact pairs act on it.
     folds
         Contacts of its surfaces with one another and with themselves.
+    dofs
+        (2n,) which of the whole's unknowns it has.
     entries
         (nnz,) where the entries of its stiffness lie in the whole's.
     """
@@ -82,6 +84,7 @@ class Part:
     nodes: Index
     contacts: tuple[int, ...]
     folds: tuple[FoldOfPart, ...]
+    dofs: Index
     entries: Index
 
     def state(self, whole: State) -> State:
@@ -97,8 +100,7 @@ class Part:
 
     def response(self, whole: Response) -> Response:
         """Return the piece's share of a response, but with the energy of the whole."""
-        dofs = (2 * self.nodes[:, None] + np.arange(2)).ravel()
-        return Response(whole.energy, whole.force[dofs], whole.stiffness[self.entries])
+        return Response(whole.energy, whole.force[self.dofs], whole.stiffness[self.entries])
 
 
 def parts_of(system: System) -> tuple[Part, ...]:
@@ -181,4 +183,4 @@ def _part(system: System, nodes: Index) -> Part:
         tuple(fold.pair for fold in folds),
         tuple(replace(d, surface=moved(d.surface)) for d in system.loads if here(d.surface)),
     )
-    return Part(alone, nodes, tuple(contacts), tuple(folds), entries)
+    return Part(alone, nodes, tuple(contacts), tuple(folds), dofs, entries)
