@@ -27,10 +27,10 @@ import skfem
 from numpy.typing import NDArray
 
 from fem2d.body import Body
-from fem2d.equilibrium import Equilibrium, EquilibriumStatus, equilibrium
 from fem2d.kinematics import Plane
 from fem2d.materials.material import Material
 from fem2d.stability import free_height
+from fem2d.statics import Settled, equilibrium
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -44,7 +44,6 @@ STRAIN_STEP, FINE_STEP = 0.02, 0.002
 FIRST_FOLD = 0.5
 """Undeformed length of surface that is folded first, in depths."""
 FIRST_STEPS = 24
-TOLERANCE = 1e-8
 TOUCH = 1e-9
 STRAIN_TOLERANCE = 1e-5
 ACTIVE_SET_LIMIT, SECANTS = 60, 20
@@ -239,7 +238,7 @@ class _HalfDisc:
             f"where the fold touches itself did not settle at a compression of {strain:.1%}"
         )
 
-    def _held(self, strain: float, fold: _Fold) -> Equilibrium:
+    def _held(self, strain: float, fold: _Fold) -> Settled:
         """Return the equilibrium of depth 1 with a fold's nodes held on the middle plane."""
         target = self.flat(strain)
         target[0, 1] = -1.0
@@ -252,13 +251,11 @@ class _HalfDisc:
         folded = self.body.response(fold.displacement).energy
         return folded - self.body.response(self.flat(strain)).energy
 
-    def _rest(self, held: Index, target: Array, start: Array, strain: float) -> Equilibrium:
+    def _rest(self, held: Index, target: Array, start: Array, strain: float) -> Settled:
         """Return the equilibrium with unknowns held at ``target``, besides rim and middle plane."""
         fixed = np.unique(np.concatenate([held, 2 * self.middle, 2 * self.rim, 2 * self.rim + 1]))
-        rest = equilibrium(
-            self.body, fixed, target.ravel()[fixed], start=start, tolerance=TOLERANCE
-        )
-        if rest.status is not EquilibriumStatus.FOUND:
+        rest = equilibrium(self.body, fixed, target.ravel()[fixed], start=start)
+        if not rest.found:
             raise CreasingError(f"a fold found no equilibrium at a compression of {strain:.1%}")
         return rest
 

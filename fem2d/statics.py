@@ -1,25 +1,26 @@
-"""Static equilibrium of a held body with contact and pressure, also beyond a limit point.
+"""Static equilibrium of a held body under loads and in contact, also beyond limit points.
 
 Two things can steer a step: the load, or the displacement of one unknown, for which the pressure
 is then solved too (Batoz and Dhatt 1979: two right-hand sides and one factorisation). The second
 goes round the limit point of a pressure, where the first ends because no equilibrium lies nearby.
-Held unknowns are eliminated, so what holds the body is rigid.
+Held unknowns are eliminated, so what holds the body is rigid. Where they are moved, the move enters
+through a linear solve for the whole body: moving them alone would turn elements inside out.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 
 from fem2d.body import Body
 from fem2d.contact import ContactHistory, ContactResponse, RigidContact
-from fem2d.linear import DirectSolver, SingularMatrixError
+from fem2d.linear import DirectSolver, SingularMatrixError, fastest_solver
 from fem2d.newton import Balance, NewtonSettings, NewtonStatus, solve
 from fem2d.pressure import FollowerPressure
 from geometry2d.rigid import RigidPlacement
@@ -32,6 +33,8 @@ HALVINGS = 9
 """A step that fails this many times when halved leads nowhere."""
 ROUNDING_MM = 1e-12
 NEWTON = NewtonSettings(tolerance=1e-8, force_floor_n=1e-9)
+SNAPPING = replace(NEWTON, iterations=40, patience=40)
+"""For what touches nothing: it remembers no path, so it may snap, forces growing, in one step."""
 
 
 class StaticsError(ValueError):
@@ -39,10 +42,16 @@ class StaticsError(ValueError):
 
 
 class Load(NamedTuple):
-    """What acts: a pressure (suction is negative), and where the moving rigid body is."""
+    """What acts.
+
+    A pressure (suction is negative), where the moving rigid body is, where the held unknowns are,
+    (h,) or one for all, and dead nodal forces, (2n,) or 0.
+    """
 
     pressure_mpa: float = 0.0
     placement: RigidPlacement = AT_REST
+    held_mm: Array | float = 0.0
+    dead_n: Array | float = 0.0
 
     def towards(self, other: Load, share: float) -> Load:
         """Return the load a share (0…1) of the way to another one."""
@@ -53,6 +62,8 @@ class Load(NamedTuple):
             RigidPlacement(
                 (1 - share) * a.angle_rad + share * b.angle_rad, (float(shift[0]), float(shift[1]))
             ),
+            (1 - share) * self.held_mm + share * other.held_mm,
+            (1 - share) * self.dead_n + share * other.dead_n,
         )
 
 
@@ -110,7 +121,7 @@ class StaticSystem:
     body
         The tissue.
     held
-        (h,) unknowns ``2 * node + component`` that do not move.
+        (h,) unknowns ``2 * node + component`` whose displacement the load prescribes.
     contacts
         Contact pairs with rigid outlines.
     pressures
@@ -122,7 +133,7 @@ class StaticSystem:
     contacts: tuple[RigidContact, ...] = ()
     pressures: tuple[FollowerPressure, ...] = ()
     free: NDArray[np.bool_] = field(init=False, repr=False, compare=False)
-    """(2n,) which unknowns may move."""
+    """(2n,) which unknowns are not held."""
     _crossed_out: NDArray[np.bool_] = field(init=False, repr=False, compare=False)
     _held_diagonal: Index = field(init=False, repr=False, compare=False)
 
@@ -142,21 +153,36 @@ class StaticSystem:
 
     def undeformed(self, load: Load | None = None) -> Settled:
         """Return the body at rest, before anything acts."""
-        zero = np.zeros_like(self.body.nodes)
-        load = load or Load()
-        histories = tuple(c.initial_history(zero, self._at(c, load)) for c in self.contacts)
+        return self.kept_at(np.zeros_like(self.body.nodes), load or Load())
+
+    def kept_at(self, displacement: Array, load: Load) -> Settled:
+        """Return the body at a displacement (n, 2), mm, kept there by dead forces if need be.
+
+        Raises
+        ------
+        StaticsError
+            If an element is turned inside out there.
+        """
+        histories = tuple(c.initial_history(displacement, self._at(c, load)) for c in self.contacts)
+        load = load._replace(held_mm=displacement.flat[self.held], dead_n=0.0)
+        residual = self._residual(displacement, load, histories)
+        if residual is None:
+            raise StaticsError("nothing can be kept where an element is turned inside out")
+        keeping = np.where(self.free, residual.forces, 0.0)
         return Settled(
             NewtonStatus.CONVERGED,
-            zero,
-            load,
-            self._touching(zero, load, histories),
-            np.zeros(zero.size),
+            displacement,
+            load._replace(dead_n=keeping),
+            residual.touching,
+            residual.forces - keeping,
             0,
         )
 
     def tangent(self, settled: Settled) -> sp.csr_matrix:
         """Return the derivative (2n, 2n) of the unbalanced forces, N/mm, held unknowns as 1."""
-        return self._matrix(settled.displacement, settled.load, settled.contacts)
+        return self._eliminated(
+            self._stiffness(settled.displacement, settled.load, settled.contacts)
+        )
 
     def balance(
         self, displacement: Array, load: Load, before: tuple[ContactHistory, ...]
@@ -169,26 +195,33 @@ class StaticSystem:
         return Balance(
             np.where(self.free, residual.forces, 0.0),
             residual.scale,
-            lambda safe: self._matrix(displacement, load, residual.touching, safe=safe),
+            lambda safe: self._eliminated(
+                self._stiffness(displacement, load, residual.touching, safe=safe)
+            ),
         )
 
     def predicted(self, before: Settled, load: Load, *, solver: DirectSolver) -> Array:
         """Return where the body goes to first order when the load becomes ``load``, (n, 2), mm."""
         here = before.displacement
+        move = np.zeros(here.size)
+        move[self.held] = load.held_mm - here.flat[self.held]
         change = (load.pressure_mpa - before.load.pressure_mpa) * self.pressure_force(here)
+        change += load.dead_n - before.load.dead_n
         for pair, touch in zip(self.contacts, before.contacts, strict=True):
             if pair.moving:
                 moved = pair.force_of_moving_body(
                     here, before.load.placement, load.placement, touch
                 )
                 np.add.at(change, touch.dofs, moved)
+        stiffness = self._stiffness(here, before.load, before.contacts)
+        change -= stiffness @ move
+        unforeseen: Array = here + move.reshape(-1, 2)
         try:
-            solver.factorise(self.tangent(before))
+            solver.factorise(self._eliminated(stiffness))
         except SingularMatrixError:
-            return here
-        step = solver.solve(np.where(self.free, change, 0.0))
-        there: Array = here + step.reshape(-1, 2)
-        return there if np.isfinite(self.body.energy_and_force(there).energy) else here
+            return unforeseen
+        there: Array = here + solver.solve(np.where(self.free, change, move)).reshape(-1, 2)
+        return there if np.isfinite(self.body.energy_and_force(there).energy) else unforeseen
 
     def pressure_force(self, displacement: Array) -> Array:
         """Return the nodal forces (2n,) of a pressure of 1 MPa, N/MPa."""
@@ -221,11 +254,12 @@ class StaticSystem:
             np.add.at(contact, touch.dofs, touch.force)
         per_mpa = self.pressure_force(displacement)
         pressing = load.pressure_mpa * per_mpa
-        rest = response.force - contact - pressing
-        scale = max(float(np.max(np.abs(contact))), float(np.max(np.abs(pressing))))
+        rest = response.force - contact - pressing - load.dead_n
+        acting = (contact, pressing, load.dead_n, rest[self.held])
+        scale = max(float(np.max(np.abs(force), initial=0.0)) for force in acting)
         return _Residual(rest, float(np.max(np.abs(rest[self.free]))), scale, per_mpa, touching)
 
-    def _matrix(
+    def _stiffness(
         self,
         displacement: Array,
         load: Load,
@@ -242,9 +276,14 @@ class StaticSystem:
             for pressure in self.pressures:
                 blocks = load.pressure_mpa * pressure.unit_stiffness(displacement)
                 np.subtract.at(data, pattern.slots(pressure.dofs), blocks)
+        return pattern.matrix(data)
+
+    def _eliminated(self, stiffness: sp.csr_matrix) -> sp.csr_matrix:
+        """Return the stiffness with 1 at held unknowns and nothing that couples them to others."""
+        data = stiffness.data.copy()
         data[self._crossed_out] = 0.0
         data[self._held_diagonal] = 1.0
-        return pattern.matrix(data)
+        return self.body.pattern.matrix(data)
 
 
 class _Residual(NamedTuple):
@@ -291,7 +330,10 @@ def settle(
         return _reached(system, before, load, reach, solver)
     start = system.predicted(before, load, solver=solver) if guess is None else guess
     result, _ = solve(
-        lambda u: system.balance(u, load, before.histories), start, solver=solver, settings=NEWTON
+        lambda u: system.balance(u, load, before.histories),
+        start,
+        solver=solver,
+        settings=NEWTON if system.contacts else SNAPPING,
     )
     residual = system._residual(result.displacement, load, before.histories)
     touching, reaction = before.contacts, before.reaction
@@ -314,7 +356,8 @@ def _reached(
             status = NewtonStatus.CONVERGED
             break
         try:
-            solver.factorise(system._matrix(displacement, load, residual.touching))
+            stiffness = system._stiffness(displacement, load, residual.touching)
+            solver.factorise(system._eliminated(stiffness))
         except SingularMatrixError:
             status = NewtonStatus.SINGULAR
             break
@@ -370,6 +413,36 @@ def advance(
         else:
             yield trial
             return
+
+
+def equilibrium(
+    body: Body,
+    held: ArrayLike,
+    held_mm: ArrayLike = 0.0,
+    *,
+    dead_n: ArrayLike = 0.0,
+    start: ArrayLike = 0.0,
+) -> Settled:
+    """Return the equilibrium of a body that touches nothing, or how the search for it failed.
+
+    Parameters
+    ----------
+    body
+        The body.
+    held
+        (h,) unknowns ``2 * node + component`` that are held.
+    held_mm
+        (h,) or one displacement for all of them, mm.
+    dead_n
+        (2n,) dead nodal forces, N, or 0.
+    start
+        (n, 2) displacements to start from, mm, or 0; what keeps it there is taken away gradually.
+    """
+    system = StaticSystem(body, np.asarray(held, np.intp))
+    state = system.kept_at(np.broadcast_to(np.asarray(start, float), body.nodes.shape), Load())
+    load = Load(held_mm=np.asarray(held_mm, float), dead_n=np.asarray(dead_n, float))
+    *_, last = advance(system, state, load, solver=fastest_solver())
+    return last
 
 
 def eigenvalue_nearest_zero(

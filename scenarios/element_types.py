@@ -15,10 +15,10 @@ import skfem
 
 from fem2d.body import Body
 from fem2d.elements import ELEMENTS
-from fem2d.equilibrium import EquilibriumStatus, equilibrium
 from fem2d.kinematics import Plane
 from fem2d.materials.material import Array
 from fem2d.materials.neo_hookean import NeoHookean
+from fem2d.statics import equilibrium
 
 THESIS_SOFT = NeoHookean(0.0056, 3.5608)
 """Of the thesis' element study: ν is 0.4901."""
@@ -113,7 +113,7 @@ def square_stresses(element: str) -> Array:
         for move in branch:
             values = np.where(np.isin(fixed, 2 * right), move, 0.0)
             found = equilibrium(body, fixed, values, start=start)
-            if found.status is not EquilibriumStatus.FOUND:
+            if not found.found:
                 return np.full(21, np.nan)
             start = found.displacement
             stresses.append(found.reaction[2 * right].sum())
@@ -134,9 +134,8 @@ def beam_tip(element: str, cells: tuple[int, int]) -> float:
     shares = (1 / 6, 1 / 6, 2 / 3) if edges.shape[1] == 3 else (0.5, 0.5)
     for nodes, share in zip(edges.T, shares, strict=True):
         np.add.at(load[:, 1], nodes, -share * BEAM_LOAD_MPA / cells[1])
-    found = equilibrium(body, np.concatenate([2 * left, 2 * left + 1]), load=load.ravel())
-    reached = found.status is EquilibriumStatus.FOUND
-    return float(-found.displacement[tip, 1].mean()) if reached else float("nan")
+    found = equilibrium(body, np.concatenate([2 * left, 2 * left + 1]), dead_n=load.ravel())
+    return float(-found.displacement[tip, 1].mean()) if found.found else float("nan")
 
 
 def cook_rise(element: str, cells: int) -> float:
@@ -155,10 +154,9 @@ def cook_rise(element: str, cells: int) -> float:
     shares = (1 / 6, 1 / 6, 2 / 3) if edges.shape[1] == 3 else (0.5, 0.5)
     for nodes, share in zip(edges.T, shares, strict=True):
         np.add.at(load[:, 1], nodes, share * COOK_LOAD_MPA * 16 / cells)
-    found = equilibrium(body, np.concatenate([2 * left, 2 * left + 1]), load=load.ravel(), steps=4)
+    found = equilibrium(body, np.concatenate([2 * left, 2 * left + 1]), dead_n=load.ravel())
     middle = np.argmin(np.hypot(body.nodes[:, 0] - 48, body.nodes[:, 1] - 52))
-    reached = found.status is EquilibriumStatus.FOUND
-    return float(found.displacement[middle, 1]) if reached else float("nan")
+    return float(found.displacement[middle, 1]) if found.found else float("nan")
 
 
 def _grid(element: str, x: Array, y: Array) -> skfem.Mesh:

@@ -8,9 +8,9 @@ import numpy as np
 import skfem
 
 from fem2d.body import Body
-from fem2d.equilibrium import Equilibrium, EquilibriumStatus, equilibrium
 from fem2d.kinematics import Plane
 from fem2d.materials.material import Array, Material
+from fem2d.statics import Settled, equilibrium
 
 
 def squares(element: str, x: Array, y: Array) -> skfem.Mesh:
@@ -51,7 +51,7 @@ def pressed_block(
             np.full(len(top), -3.6 * share),
         ]
     )
-    found = at_rest(equilibrium(body, fixed, values, steps=step))
+    found = at_rest(equilibrium(body, fixed, values))
     force = found.reaction.reshape(-1, 2)[top].sum(axis=0)
     return float(force[0]), float(force[1])
 
@@ -68,7 +68,7 @@ def cook(element: str, cells: int, law: Material, load_mpa: float) -> tuple[floa
     body = Body.of(mesh, law, plane=Plane.STRAIN, element=element)
     left = body.boundary_nodes("left")
     load = edge_load(body, "right", (0.0, load_mpa))
-    found = at_rest(equilibrium(body, np.concatenate([2 * left, 2 * left + 1]), load=load, steps=4))
+    found = at_rest(equilibrium(body, np.concatenate([2 * left, 2 * left + 1]), dead_n=load))
     rise = found.displacement[:, 1]
     middle, corner = (np.argmin(np.hypot(*(body.nodes - [48, y]).T)) for y in (52, 60))
     return float(rise[middle]), float(rise[corner])
@@ -127,7 +127,7 @@ def inflated(
     fixed = np.concatenate([2 * wall, 2 * wall + 1, 2 * flat + 1, 2 * upright])
     move = position * (to / inner - 1)
     values = np.concatenate([move[:, 0], move[:, 1], np.zeros(len(flat) + len(upright))])
-    found = at_rest(equilibrium(body, fixed, values, steps=4))
+    found = at_rest(equilibrium(body, fixed, values))
     outward = position / np.hypot(*position.T)[:, None]
     push = float(np.sum(found.reaction.reshape(-1, 2)[wall] * outward))
     surface = 2 * np.pi * to**2 if plane is Plane.AXISYMMETRIC else np.pi / 2 * to
@@ -136,6 +136,6 @@ def inflated(
     return push / surface, float(radius.max())
 
 
-def at_rest(found: Equilibrium) -> Equilibrium:
-    assert found.status is EquilibriumStatus.FOUND, f"stopped at {found.fraction}"
+def at_rest(found: Settled) -> Settled:
+    assert found.found, found.status.value
     return found

@@ -1,4 +1,4 @@
-"""A balloon: the closed form of an inflated sphere, before, at and beyond its limit point."""
+"""Limit points: a balloon's closed form before, at and beyond its own, and an arch that snaps."""
 
 from __future__ import annotations
 
@@ -15,9 +15,11 @@ from fem2d.pressure import FollowerPressure
 from fem2d.statics import (
     Load,
     Reach,
+    StaticsError,
     StaticSystem,
     advance,
     eigenvalue_nearest_zero,
+    equilibrium,
     settle,
 )
 from fem2d.surface import Surface
@@ -88,3 +90,37 @@ def test_a_load_beyond_the_limit_point_is_not_reached(balloon):
     )
     assert not reached[-1].found
     assert reached[-2].load.pressure_mpa == pytest.approx(highest, rel=0.02)
+
+
+@pytest.fixture(scope="module")
+def arch() -> Body:
+    """A clamped arch, 20 mm wide, 2 mm high, 0.6 mm thick."""
+    flat = skfem.MeshTri.init_tensor(np.linspace(-10, 10, 17), np.linspace(-0.3, 0.3, 2))
+    x, y = flat.p
+    mesh = skfem.MeshTri(np.stack([x, y + 2.0 * (1 - (x / 10) ** 2)]), flat.t)
+    mesh = mesh.with_boundaries({"ends": lambda at: abs(at[0]) > 10 - 1e-9})
+    return Body.of(mesh, NeoHookean.from_poisson(1.0, 0.3), plane=Plane.STRAIN)
+
+
+def test_a_body_alone_snaps_and_rests_where_it_also_comes_to_from_the_other_side(arch):
+    ends, crown = arch.boundary_nodes("ends"), int(np.argmax(arch.nodes[:, 1]))
+    held = np.concatenate([2 * ends, 2 * ends + 1])
+
+    def pushed(force_n, start=0.0):
+        load = np.zeros_like(arch.nodes)
+        load[crown, 1] = -force_n
+        rest = equilibrium(arch, held, dead_n=load.ravel(), start=start)
+        assert rest.found
+        return rest.displacement
+
+    upright, snapped = pushed(0.004), pushed(0.006)
+    assert upright[crown, 1] > -0.5 and snapped[crown, 1] < -3.0
+    hanging = pushed(0.05)
+    assert hanging[crown, 1] < snapped[crown, 1]
+    np.testing.assert_allclose(pushed(0.006, hanging), snapped, atol=1e-6)
+    assert pushed(0.004, hanging)[crown, 1] < -3.0  # two equilibria: the start decides
+
+
+def test_a_start_that_is_turned_inside_out_is_refused(arch):
+    with pytest.raises(StaticsError, match="inside out"):
+        equilibrium(arch, [0, 1], start=-2.0 * arch.nodes * [1.0, 0.0])

@@ -7,11 +7,11 @@ import pytest
 from section_problems import at_rest, squares
 
 from fem2d.body import Body
-from fem2d.equilibrium import equilibrium
 from fem2d.kinematics import Plane
 from fem2d.materials.library import configuration
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.stability import Layer, StabilityError, wrinkling
+from fem2d.statics import equilibrium
 
 BULK = NeoHookean.from_poisson(0.0041867, 0.49)
 SURFACE = [Layer(configuration("L2-Ogden")["dermis"], 1.2), Layer(BULK, 10.8)]
