@@ -20,6 +20,12 @@ Index32 = NDArray[np.int32]
 
 
 @compiled
+def work_space(row_length: int) -> tuple[Array, Array]:
+    """Return the ``block`` and ``scratch`` of :func:`section_response` for rows of this length."""
+    return np.empty((3, 3)), np.empty((max(6, row_length), 6))
+
+
+@compiled
 def section_response(
     row: Array,
     plane: int,
@@ -75,7 +81,8 @@ def section_stresses(
     In plane stress the entries get their F₃₃. A point that is not admissible gets an infinite
     energy.
     """
-    A, block, scratch = np.zeros((5, 5)), np.empty((3, 3)), np.empty((max(6, rows.shape[1]), 6))
+    A = np.zeros((5, 5))
+    block, scratch = work_space(rows.shape[1])
     elements, points = energy.shape
     for e in range(elements):
         for q in range(points):
@@ -174,7 +181,8 @@ def assemble(
     count = connectivity.shape[1]
     points = weights.shape[1]
     x, P = np.empty(5), np.empty(5)
-    A, block, scratch = np.zeros((5, 5)), np.empty((3, 3)), np.empty((max(6, rows.shape[1]), 6))
+    A = np.zeros((5, 5))
+    block, scratch = work_space(rows.shape[1])
     n = 2 * count
     fe, ke = np.empty(n), np.empty((n, n))
     dJ = np.empty(n)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from fem2d.assembly import section_response
+from fem2d.assembly import section_response, work_space
 from fem2d.kinematics import STRESS
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.material import Array, Material
@@ -198,7 +198,7 @@ def _state(row: Array, mode: Mode, log_stretch: float, guess: float) -> State | 
     stretch = math.exp(log_stretch)
     x = np.array([stretch, 0.0, 0.0, stretch, 1.0])
     P, A = np.zeros(5), np.zeros((5, 5))
-    block, scratch = np.empty((3, 3)), np.empty((max(6, len(row)), 6))
+    block, scratch = work_space(len(row))
 
     def evaluate(log_side: float) -> tuple[float, bool]:
         x[3] = math.exp(log_side)

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import LinAlgError, cholesky_banded
 from scipy.optimize import brentq, minimize_scalar
 
-from fem2d.assembly import section_response
+from fem2d.assembly import section_response, work_space
 from fem2d.kinematics import Plane
 from fem2d.materials.material import Material
 
@@ -200,7 +200,7 @@ def free_height(material: Material, plane: Plane, stretch: float) -> tuple[float
     row = material.packed()
     x = np.array([stretch, 0.0, 0.0, 1.0, 1.0])
     P, A = np.zeros(5), np.zeros((5, 5))
-    block, scratch = np.empty((3, 3)), np.empty((max(6, len(row)), 6))
+    block, scratch = work_space(len(row))
 
     def traction(log_side: float) -> float:
         x[3] = math.exp(log_side)
