@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.contact import ContactResponse
-from fem2d.instability import Instability, Passage, instability_of, passages_with
+from fem2d.instability import Instability, instability_of
 from fem2d.linear import DirectSolver
 from fem2d.newton import NewtonResult, NewtonSettings
 from fem2d.state import State
@@ -126,18 +126,13 @@ class Commit:
 
 @dataclass(frozen=True)
 class MarchResult:
-    """How a march ended and where.
-
-    ``unstable`` are the times at which the equilibrium would be unstable without inertia; always
-    empty if stability is not watched.
-    """
+    """How a march ended and where."""
 
     status: MarchStatus
     state: State
     increments: int
     iterations: int
     cutbacks: int
-    unstable: tuple[Passage, ...] = ()
 
 
 def march(
@@ -180,7 +175,7 @@ def march(
     def ended(status: MarchStatus) -> MarchResult:
         if reports.stopped():
             status = MarchStatus.INTERRUPTED
-        return MarchResult(status, state, increments, iterations, cutbacks, reports.unstable)
+        return MarchResult(status, state, increments, iterations, cutbacks)
 
     with _Reports(system, steps.watch_stability, on_commit) as reports:
         while state.time_s < last_s * (1 - 1e-12):
@@ -210,7 +205,7 @@ def march(
             )
             if reports.stopped():
                 return ended(MarchStatus.INTERRUPTED)
-            reports.add(commit, balance, state.time_s)
+            reports.add(commit, balance)
             state, of_body, touching = commit.state, balance.of_body, balance.touching
             increments += 1
         return ended(MarchStatus.FINISHED)
@@ -229,7 +224,6 @@ class _Reports:
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="reports")
         self._last: Future[None] | None = None
         self._stopped = False
-        self.unstable: tuple[Passage, ...] = ()
 
     def __enter__(self) -> _Reports:
         return self
@@ -237,9 +231,9 @@ class _Reports:
     def __exit__(self, *_: object) -> None:
         self._thread.shutdown()
 
-    def add(self, commit: Commit, balance: SystemBalance, before_s: float) -> None:
-        """Report an increment that followed the instant ``before_s``."""
-        self._last = self._thread.submit(self._report, commit, balance, before_s)
+    def add(self, commit: Commit, balance: SystemBalance) -> None:
+        """Report an increment."""
+        self._last = self._thread.submit(self._report, commit, balance)
 
     def stopped(self) -> bool:
         """Wait until all is reported and return whether a report asked to stop.
@@ -254,14 +248,11 @@ class _Reports:
                 self._stopped = True
         return self._stopped
 
-    def _report(self, commit: Commit, balance: SystemBalance, before_s: float) -> None:
+    def _report(self, commit: Commit, balance: SystemBalance) -> None:
         if self._watch:
             tangent = self._system.static_tangent(balance.of_body, balance.touching, balance.folded)
             positions = self._system.body.nodes + commit.state.displacement
             commit = replace(commit, instability=instability_of(tangent, positions))
-        self.unstable = passages_with(
-            self.unstable, before_s, commit.state.time_s, commit.instability
-        )
         self._on_commit(commit)
 
 
