@@ -159,8 +159,8 @@ def main() -> None:
             f"{name:<14} Fn {-force(middle)[1]:.6f}  Fn {-force(commits[-1])[1]:.6f} "
             f"Ft {force(commits[-1])[0]:.6f} N  steps {len(commits)}  iterations {iterations}  "
             f"cutbacks {sum(c.cutbacks for c in commits)}  "
-            f"{statistics.median(wall for _, wall, _ in runs):.1f} s  "
-            f"processor {statistics.median(busy for _, _, busy in runs):.1f} s  {memory:.0f} MB",
+            f"{statistics.median(wall for _, wall, _ in runs):.2f} s  "
+            f"processor {statistics.median(busy for _, _, busy in runs):.2f} s  {memory:.0f} MB",
             flush=True,
         )
 

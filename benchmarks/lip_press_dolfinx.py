@@ -254,7 +254,7 @@ def run():
     print(
         f"dolfinx {COLUMNS}x{ROWS} plane {options.plane}: Fn {-forces[29][1]:.6f}  "
         f"Fn {-forces[-1][1]:.6f} Ft {forces[-1][0]:.6f} N  {iterations} iterations, "
-        f"{cuts} cutbacks, {wall:.1f} s, processor {processor:.1f} s{across_mpa}",
+        f"{cuts} cutbacks, {wall:.2f} s, processor {processor:.2f} s{across_mpa}",
         flush=True,
     )
 

@@ -1,8 +1,9 @@
 """Sparse direct solvers behind one small interface: the fastest available, SuperLU always.
 
 `DirectSolver` is told the sparsity pattern once and analyses it once; then every Newton iteration
-hands it new values. On this class of matrices (some 40,000 unknowns) PARDISO needs about a quarter
-of SuperLU's time (benchmarks/linear.py), installs from a wheel and is chosen where it imports.
+hands it new values. On this class of matrices PARDISO needs half of SuperLU's time at 4,000
+unknowns and a third at 40,000 (benchmarks/linear.py), installs from a wheel and is chosen where it
+imports.
 """
 
 from __future__ import annotations
