@@ -23,12 +23,11 @@ from fem2d.contact import ContactHistory, ContactResponse, RigidContact
 from fem2d.linear import DirectSolver, SingularMatrixError, fastest_solver
 from fem2d.newton import Balance, NewtonSettings, NewtonStatus, solve
 from fem2d.pressure import FollowerPressure
-from geometry2d.rigid import RigidPlacement
+from geometry2d.rigid import UNMOVED, RigidPlacement
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-AT_REST = RigidPlacement(0.0, (0.0, 0.0))
 HALVINGS = 9
 """A step that fails this many times when halved leads nowhere."""
 ROUNDING_MM = 1e-12
@@ -49,7 +48,7 @@ class Load(NamedTuple):
     """
 
     pressure_mpa: float = 0.0
-    placement: RigidPlacement = AT_REST
+    placement: RigidPlacement = UNMOVED
     held_mm: Array | float = 0.0
     dead_n: Array | float = 0.0
 
@@ -231,7 +230,7 @@ class StaticSystem:
         return force
 
     def _at(self, pair: RigidContact, load: Load) -> RigidPlacement:
-        return load.placement if pair.moving else AT_REST
+        return load.placement if pair.moving else UNMOVED
 
     def _touching(
         self, displacement: Array, load: Load, before: tuple[ContactHistory, ...]

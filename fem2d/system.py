@@ -16,13 +16,10 @@ from fem2d.newton import Balance, work_of
 from fem2d.state import State
 from fem2d.tie import ElasticTie
 from fem2d.tissue_contact import TissueContact, TissueResponse
-from geometry2d.rigid import RigidPlacement
+from geometry2d.rigid import UNMOVED, RigidPlacement
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-
-AT_REST = RigidPlacement(0.0, (0.0, 0.0))
-"""Placement of a rigid body that stands still in the frame of the tissue."""
 
 
 @dataclass(frozen=True)
@@ -109,9 +106,9 @@ class System:
         """Return the undeformed state, the moving body at ``placement``."""
         zero = np.zeros_like(self.body.nodes)
         histories = tuple(
-            c.initial_history(zero, placement if c.moving else AT_REST) for c in self.contacts
+            c.initial_history(zero, placement if c.moving else UNMOVED) for c in self.contacts
         )
-        folds = tuple(fold.initial_history(zero, AT_REST) for fold in self.folds)
+        folds = tuple(fold.initial_history(zero, UNMOVED) for fold in self.folds)
         return State(time_s, placement, zero, zero, zero, histories, next_step_s, folds)
 
     def reached(self, before: State, displacement: Array, placement: RigidPlacement) -> State:
@@ -120,7 +117,7 @@ class System:
         Its histories know where tissue that touches nothing yet meets what it touches on its way.
         """
         histories = tuple(
-            pair.reached(history, displacement, placement if pair.moving else AT_REST)
+            pair.reached(history, displacement, placement if pair.moving else UNMOVED)
             for pair, history in zip(self.contacts, before.histories, strict=True)
         )
         folds = tuple(
@@ -134,14 +131,14 @@ class System:
     ) -> tuple[ContactResponse, ...]:
         """Return what each contact pair does at a trial displacement (n, 2), mm."""
         return tuple(
-            pair.response(displacement, placement if pair.moving else AT_REST, history)
+            pair.response(displacement, placement if pair.moving else UNMOVED, history)
             for pair, history in zip(self.contacts, before.histories, strict=True)
         )
 
     def fold_responses(self, displacement: Array, before: State) -> tuple[TissueResponse, ...]:
         """Return what each contact of the tissue with itself does at a trial displacement."""
         return tuple(
-            fold.response(displacement, AT_REST, history)
+            fold.response(displacement, UNMOVED, history)
             for fold, history in zip(self.folds, before.fold_histories, strict=True)
         )
 

@@ -15,14 +15,13 @@ from geometry2d.likeness import cranium, ear
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.regions import Section
-from geometry2d.rigid import RigidPlacement
+from geometry2d.rigid import UNMOVED, RigidPlacement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
-UNMOVED = RigidPlacement(0.0, (0.0, 0.0))
 DRAWING_SPACING_MM = 0.1
 
 

@@ -55,6 +55,10 @@ class RigidPlacement:
         return rotated(np.asarray(points, float) - np.asarray(self.shift_mm), -self.angle_rad)
 
 
+UNMOVED = RigidPlacement(0.0, (0.0, 0.0))
+"""Where a body is that stands still in the frame in which it is described."""
+
+
 @dataclass(frozen=True)
 class RigidMotion:
     """A rigid motion sampled at increasing times, interpolated by cubic splines.

@@ -18,9 +18,9 @@ from fem2d.linear import fastest_solver
 from fem2d.march import Commit, MarchStatus, StepSettings, march
 from fem2d.newton import NewtonSettings
 from fem2d.state import State
-from fem2d.system import AT_REST, System
+from fem2d.system import System
 from fem2d.tissue_contact import TissueHistory
-from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
+from geometry2d.rigid import UNMOVED, RigidMotion, RigidPlacement, rotated
 from scenarios.lip_model import Lips
 from scenarios.measures import ContactLine
 from scenarios.muscle import FoundPull, found_pull
@@ -398,7 +398,7 @@ class _Diary:
         self._last_s = commit.state.time_s
         seen = dict.fromkeys(_EXTREMES, 0.0)
         for pair, touch in zip(system.contacts, commit.contacts, strict=True):
-            placement = commit.state.placement if pair.moving else AT_REST
+            placement = commit.state.placement if pair.moving else UNMOVED
             name = f"largest_penetration_{'neck' if pair.moving else 'teeth'}_mm"
             seen[name] = max(seen[name], -float(np.min(touch.points.gap)))
             between = pair.deepest(commit.state.displacement, placement, touch)
