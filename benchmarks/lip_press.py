@@ -104,7 +104,7 @@ def pressed(
         system,
         MOTION,
         start,
-        solver=fastest_solver(),
+        solver=fastest_solver(threads=2),
         end_s=end_s,
         steps=StepSettings(
             longest_s=step, travel_mm=np.inf, accuracy_mm=np.inf, easy_iterations=100
@@ -124,7 +124,7 @@ def run(system: System, own_steps: bool) -> tuple[list[Commit], float, float]:
     if own_steps:
         start = system.state_at_rest(0.0, MOTION.at(0.0), next_step_s=0.05)
         result = march(
-            system, MOTION, start, solver=fastest_solver(),
+            system, MOTION, start, solver=fastest_solver(threads=2),
             steps=StepSettings(longest_s=0.06, travel_mm=0.2, accuracy_mm=np.inf),
             on_commit=commits.append,
         )  # fmt: skip

@@ -39,7 +39,7 @@ class DirectSolver(Protocol):
         """Return the solution (n,) for the matrix factorised last."""
 
     def another(self) -> DirectSolver:
-        """Return a solver of the same kind that knows no matrix yet."""
+        """Return a solver of the same kind, on one thread, that knows no matrix yet."""
 
 
 class SuperLu:
@@ -72,7 +72,14 @@ class SuperLu:
 
 
 class Pardiso:
-    """MKL's PARDISO for structurally symmetric matrices, one thread so that bits repeat."""
+    """MKL's PARDISO for structurally symmetric matrices, so that bits repeat.
+
+    Parameters
+    ----------
+    threads
+        Threads that share a factorisation. With more than one PARDISO is told to sum in an order
+        that does not depend on which is first, which makes solutions a third slower.
+    """
 
     name = "pardiso"
     _MATRIX_TYPE = 1  # structurally symmetric
@@ -83,16 +90,22 @@ class Pardiso:
     # matrix, and then a resumed run on where it was resumed.
     _PARAMETERS: tuple[tuple[int, int], ...] = ((1, 1), (2, 2), (8, 0), (10, 13))
 
-    def __init__(self) -> None:
+    _REPRODUCIBLE_ON = 34
+
+    def __init__(self, threads: int = 1) -> None:
         library = _mkl_library()
         if library is not None:
             os.environ.setdefault("PYPARDISO_MKL_RT", library)
+        # MKL's threads would otherwise spin for 0.2 s on the core that assembles half of a body.
+        os.environ.setdefault("KMP_BLOCKTIME", "0")
         from pypardiso import PyPardisoSolver
 
         self._library = PyPardisoSolver(mtype=self._MATRIX_TYPE)
-        self._library.libmkl.MKL_Set_Num_Threads(1)
+        self._threads = threads
         for number, value in self._PARAMETERS:
             self._library.set_iparm(number, value)
+        if threads > 1:
+            self._library.set_iparm(self._REPRODUCIBLE_ON, threads)
         self._matrix: sp.csr_matrix | None = None
 
     def factorise(self, matrix: sp.csr_matrix) -> None:
@@ -110,13 +123,14 @@ class Pardiso:
         return self._call(self._SOLVE, self._matrix, np.ascontiguousarray(right_hand_side))
 
     def another(self) -> Pardiso:
-        """Return a solver of the same kind that knows no matrix yet."""
+        """Return a solver of the same kind, on one thread, that knows no matrix yet."""
         return type(self)()
 
     def _call(self, phase: int, matrix: sp.csr_matrix, vector: Array) -> Array:
         from pypardiso.pardiso_wrapper import PyPardisoError
 
         self._library.set_phase(phase)
+        self._library.libmkl.MKL_Set_Num_Threads_Local(self._threads)
         try:
             # The wrapper's public solve() analyses the pattern again at every new matrix.
             solution: Array = self._library._call_pardiso(matrix, vector)
@@ -226,9 +240,12 @@ def _upper_triangle(matrix: sp.csr_matrix) -> sp.csr_matrix:
     )
 
 
-def fastest_solver() -> DirectSolver:
-    """Return PARDISO where its wheel is installed, SuperLU elsewhere."""
+def fastest_solver(threads: int = 1) -> DirectSolver:
+    """Return PARDISO where its wheel is installed, SuperLU elsewhere.
+
+    Two threads suit a body alone. Lips that come to rest side by side have one each.
+    """
     try:
-        return Pardiso()
+        return Pardiso(threads)
     except ImportError:
         return SuperLu()

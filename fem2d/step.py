@@ -33,7 +33,7 @@ class Stepper:
     motion
         Of the moving rigid body.
     solver
-        For the linear systems of the whole; each part gets another one of its kind.
+        For the linear systems of the whole; each part gets another one of its kind, on one thread.
     newton
         When a balance is good enough.
     """

@@ -31,7 +31,19 @@ def unsymmetric(seed: int, size: int = 60) -> sp.csr_matrix:
     return (matrix + 12 * sp.identity(size)).tocsr()
 
 
-@pytest.mark.parametrize("kind", [SuperLu, Pardiso])
+def two_threads() -> Pardiso:
+    return Pardiso(threads=2)
+
+
+def of_grid(seed: int, nodes: int = 60) -> sp.csr_matrix:
+    """Two unknowns a node, coupled with those of eight neighbours, as in a body of 3,600 nodes."""
+    line = sp.diags([np.ones(nodes - 1), np.ones(nodes), np.ones(nodes - 1)], [-1, 0, 1])
+    matrix = sp.kron(sp.kron(line, line), np.ones((2, 2))).tocsr()
+    matrix.data = np.random.default_rng(seed).normal(size=matrix.nnz)
+    return (matrix + 12 * sp.identity(2 * nodes**2)).tocsr()
+
+
+@pytest.mark.parametrize("kind", [SuperLu, Pardiso, two_threads])
 def test_solves_what_it_factorised_last(kind):
     solver = kind()
     for seed in (1, 2, 1):
@@ -50,6 +62,18 @@ def test_same_matrix_same_bits():
         solutions.append(solver.solve(right))
     assert np.array_equal(solutions[0], solutions[1])
     assert np.array_equal(solutions[0], solutions[2])
+
+
+def test_two_threads_give_the_same_bits_every_time():
+    matrices, right = [of_grid(seed) for seed in (1, 2)], np.linspace(-1, 1, 7200)
+    solutions: list[set[bytes]] = [set(), set()]
+    for _ in range(2):
+        solver = Pardiso(threads=2)
+        for _ in range(15):
+            for matrix, of_matrix in zip(matrices, solutions, strict=True):
+                solver.factorise(matrix)
+                of_matrix.add(solver.solve(right).tobytes())
+    assert [len(of_matrix) for of_matrix in solutions] == [1, 1]
 
 
 @pytest.mark.parametrize("kind", [SuperLu, Pardiso, SymmetricPardiso, SymmetricSuperLu])
