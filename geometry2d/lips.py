@@ -50,6 +50,8 @@ OUTER_REACH_MM = {"upper": 24.0, "lower": 12.0}
 INNER_REACH_MM = 14.0
 """How far from the lip margin a package may touch, along the skin (the rim of a wide neck nearly up
 to the nose) and along the inner side (a lip that embraces a neck lies on it so)."""
+FOCUS_SPACING_MM = 0.01
+"""Far less than an edge of any mesh, whose length is asked for at these points."""
 INSIDE_HEADING_DEG = 68.0
 """Slope of a lip's inner side where the lip is thickest."""
 ANGLE_CORRECTIONS = 3
@@ -240,6 +242,7 @@ def lip_section(
 
 def _reachable(name: str, skin: Array, inner: Array, margin: float) -> Array:
     """Return the points (n, 2) of skin and inner side that a package may touch."""
+    skin, inner = resampled(skin, FOCUS_SPACING_MM), resampled(inner, FOCUS_SPACING_MM)
     along_skin, along_inner = arc_lengths(skin), arc_lengths(inner)
     if name == "upper":
         outwards, inwards = along_skin - margin, margin + along_inner[-1] - along_inner

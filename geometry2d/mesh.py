@@ -83,13 +83,14 @@ class MeshSize:
 
 
 LEVELS: Mapping[str, MeshSize] = {
-    "coarse": MeshSize(0.60, 1.1, 5.0, 0.5),
-    "standard": MeshSize(0.34, 0.85, 4.0, 0.34),
-    "fine": MeshSize(0.23, 0.58, 3.0, 0.23),
-    "thesis": MeshSize(0.165, 0.4, 2.0, 0.16),
+    "coarse": MeshSize(0.40, 1.1, 5.0, 0.80),
+    "standard": MeshSize(0.22, 0.85, 4.0, 0.64),
+    "fine": MeshSize(0.11, 0.58, 3.0, 0.50),
+    "thesis": MeshSize(0.08, 0.4, 2.0, 0.34),
 }
-"""About 1,400, 2,600, 5,100 and 10,000 triangles in both lips; as quadratic triangles the last has
-the nodes of 20,000 four-node elements."""
+"""About 1,500, 2,900, 5,900 and 10,000 triangles in both lips; as quadratic triangles the last has
+the nodes of 20,000 four-node elements. Contact varies along the skin over tenths of a millimetre
+and dies away over its own width, so edges start short and grow fast (docs/scenarios.md)."""
 
 
 def section_mesh(sections: Sequence[Section], size: MeshSize) -> skfem.MeshTri:

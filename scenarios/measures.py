@@ -68,8 +68,10 @@ class ContactLine:
         Beyond the end of a contact of round bodies the gap opens like the distance to the power of
         3/2 (Johnson, *Contact Mechanics*, 1985, section 5.1), so that its power of 2/3 is a
         straight line between points. If the point inside is closed, the line through the first two
-        open ones is followed back.
+        open ones is followed back. What bears no load at all does not touch.
         """
+        if not self.load.any():
+            return 0.0
         place, first = np.unique(self.place, return_index=True)  # edges may share their ends
         gap = self.gap.ravel()[first]
         near = np.concatenate([[False], gap < TOUCHING_MM, [False]])

@@ -22,7 +22,7 @@ from geometry2d.mesh import (
     section_mesh,
 )
 
-EXPECTED_TRIANGLES = {"coarse": 1300, "standard": 2500, "fine": 5000, "thesis": 10000}
+EXPECTED_TRIANGLES = {"coarse": 1450, "standard": 2900, "fine": 5900, "thesis": 10100}
 
 
 @cache

@@ -134,14 +134,20 @@ def test_a_single_closed_point_is_less_than_half_a_spacing_wrong(half_width):
 
 
 def line_of_gaps(*gaps: float) -> ContactLine:
-    """Points 0.1 mm apart."""
+    """Points 0.1 mm apart; those that overlap bear load."""
     points = np.array([gaps])
-    return ContactLine(0 * points, 0 * points, 0.1 * np.arange(points.size)[None], points)
+    return ContactLine(
+        (points < 0).astype(float), 0 * points, 0.1 * np.arange(points.size)[None], points
+    )
 
 
 def test_a_gap_too_small_to_tell_counts_as_none():
     assert line_of_gaps(1.0, 0.001, -1e-4, 0.002, 1.0).contact_length() > 0.2
     assert line_of_gaps(1.0, 0.1, 0.006, 0.1, 1.0).contact_length() == 0.0
+
+
+def test_what_bears_no_load_does_not_touch():
+    assert line_of_gaps(1.0, 0.001, 0.0, 0.002, 1.0).contact_length() == 0.0
 
 
 def test_between_two_contacts_a_lone_open_point_stands_for_its_own_length():
