@@ -22,7 +22,7 @@ from fem2d.system import System
 from fem2d.tissue_contact import TissueHistory
 from geometry2d.rigid import UNMOVED, RigidMotion, RigidPlacement, rotated
 from scenarios.lip_model import Lips
-from scenarios.measures import ContactLine
+from scenarios.measures import ContactLine, recovered_traction
 from scenarios.muscle import FoundPull, found_pull
 from scenarios.placement import Placed, observed, place
 from scenarios.solution import LIPS, ContactField, Increment, Model
@@ -373,19 +373,19 @@ class _Diary:
             taken: Array = np.take_along_axis(values, nearest[None], axis=0)[0]
             return taken
 
-        # A node that two edges share is a point of both; the skin's stretch jumps from one to the
-        # other, the force that the node carries does not.
+        # A node that two edges share is a point of both and carries what both give it.
         place, first, node = np.unique(surface.arc_length, return_index=True, return_inverse=True)
-        area = np.bincount(node.ravel(), deformed.ravel())
 
-        def true_traction(name: str) -> Array:
-            return np.bincount(node.ravel(), (chosen(name) * reference).ravel()) / area
+        def traction(name: str) -> Array:
+            force = np.zeros(len(place))
+            np.add.at(force, node.ravel(), (chosen(name) * reference).ravel())
+            return recovered_traction(force, deformed.sum(axis=1))
 
-        pressure = true_traction("pressure")
+        pressure = traction("pressure")
         return ContactField(
             arc_mm=place,
             pressure_mpa=pressure,
-            shear_mpa=true_traction("shear"),
+            shear_mpa=traction("shear"),
             gap_mm=chosen("gap").ravel()[first],
             neck_arc_mm=np.where(pressure > 0, chosen("outline_arc").ravel()[first], np.nan),
         )

@@ -1,4 +1,4 @@
-"""What is said about a contact in one number: pressure over elements and windows, length."""
+"""What is said about a contact: pressure at nodes, over elements and windows, and its length."""
 
 from __future__ import annotations
 
@@ -83,6 +83,36 @@ class ContactLine:
             total += _beyond(place[end:], gap[end:])
             total += _beyond(-place[begin::-1], gap[begin::-1])
         return total
+
+
+def recovered_traction(force: Array, length: Array) -> Array:
+    """Return the traction at the nodes of quadratic edges in a row from the nodes' forces.
+
+    The force on a node over the length that it stands for alternates between ends and middles of
+    edges where the traction varies. What the forces do to displacements that are linear along each
+    edge, they do exactly; over the length that such a displacement of one end stands for, half of
+    both edges, that is a traction whose sum is the force and whose error is of second order. It
+    keeps Coulomb's bound, and reaches at most one edge beyond the last node that bears load.
+
+    Parameters
+    ----------
+    force
+        (2m + 1,) of each node in the order end, middle, end, …, end.
+    length
+        (m,) of each edge, deformed; with a force in N and an area in mm² the traction is in MPa.
+
+    Returns
+    -------
+    Array
+        (2m + 1,) at the same nodes, linear along each edge.
+    """
+    ends, middles = force[::2], 0.5 * force[1::2]
+    work = ends + np.append(middles, 0.0) + np.append(0.0, middles)
+    half = 0.5 * length
+    traction = np.empty_like(force)
+    traction[::2] = work / (np.append(half, 0.0) + np.append(0.0, half))
+    traction[1::2] = 0.5 * (traction[:-2:2] + traction[2::2])
+    return traction
 
 
 def _beyond(place: Array, gap: Array) -> float:

@@ -113,7 +113,8 @@ class ContactField:
 
     All arrays are (s,): ``arc_mm`` on the undeformed surface, increasing, ``pressure_mpa``,
     ``shear_mpa``, ``gap_mm`` and ``neck_arc_mm``, the arc length along the wall outline touched
-    (nan where none).
+    (nan where none). Pressure and shear are linear along each edge and recovered from the forces
+    of the nodes, so they may reach an edge beyond the last node that touches.
     """
 
     arc_mm: Array

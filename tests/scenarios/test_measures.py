@@ -1,9 +1,14 @@
 """Measures of a contact on pressure profiles whose answers are known."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from scenarios.measures import TOUCHING_MM, ContactLine
+from fem2d.surface import edge_shapes
+from scenarios.measures import TOUCHING_MM, ContactLine, recovered_traction
 
 GAUSS = np.polynomial.legendre.leggauss(4)
 NODES = np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3
@@ -154,6 +159,48 @@ def test_between_two_contacts_a_lone_open_point_stands_for_its_own_length():
     ends = line_of_gaps(-1e-4, 0.02, 0.1).contact_length()
     line = line_of_gaps(0.1, 0.02, -1e-4, 0.01, -1e-4, 0.02, 0.1)
     assert line.contact_length() == pytest.approx(2 * ends + 0.1, rel=1e-12)
+
+
+def consistent_forces(pressure, ends):
+    """Forces (2m + 1,) of a pressure on the quadratic shape functions between places (m + 1,)."""
+    point, weight = np.polynomial.legendre.leggauss(8)
+    shape, _ = edge_shapes(3, 0.5 * (point + 1))
+    force = np.zeros(2 * len(ends) - 1)
+    for edge, (a, b) in enumerate(pairwise(ends)):
+        load = 0.5 * (b - a) * weight * pressure(a + 0.5 * (b - a) * (point + 1))
+        force[[2 * edge, 2 * edge + 2, 2 * edge + 1]] += load @ shape
+    return force
+
+
+@given(lengths=st.lists(st.floats(0.05, 0.5), min_size=2, max_size=9))
+def test_a_uniform_traction_is_recovered_on_edges_of_any_length(lengths):
+    ends = np.concatenate([[0.0], np.cumsum(lengths)])
+    force = consistent_forces(lambda x: np.full_like(x, 0.03), ends)
+    np.testing.assert_allclose(recovered_traction(force, np.diff(ends)), 0.03, rtol=1e-12)
+
+
+@given(forces=st.lists(st.floats(0.0, 1.0), min_size=5, max_size=21).filter(lambda f: len(f) % 2))
+def test_the_recovered_traction_adds_up_to_the_force(forces):
+    force = np.array(forces)
+    length = np.linspace(0.1, 0.3, len(force) // 2)
+    traction = recovered_traction(force, length)
+    assert np.sum(traction[1::2] * length) == pytest.approx(force.sum(), abs=1e-12)
+
+
+def test_the_error_of_a_recovered_traction_is_of_second_order():
+    def error(edges):
+        ends = np.linspace(0.0, 2.0, edges + 1)
+        force = consistent_forces(lambda x: 0.05 * np.sin(2 * x) ** 2, ends)
+        nodes = np.linspace(0.0, 2.0, 2 * edges + 1)
+        traction = recovered_traction(force, np.diff(ends))
+        return np.abs(traction - 0.05 * np.sin(2 * nodes) ** 2)[2:-2].max()
+
+    assert 0 < error(40) < 0.28 * error(20) < 0.08 * error(10)
+
+
+def test_forces_that_do_nothing_to_linear_displacements_are_no_traction():
+    alternating = np.array([-0.5, 1.0, -1.0, 1.0, -1.0, 1.0, -0.5])
+    np.testing.assert_allclose(recovered_traction(alternating, np.full(3, 0.2)), 0.0, atol=1e-15)
 
 
 def test_nothing_touches():
