@@ -75,11 +75,14 @@ MOTION = RigidMotion(
 
 
 def graded(edge_mm: float) -> skfem.MeshTri:
-    """Return the block in triangles that grow with the distance from where the circle touches."""
+    """Return the block in triangles that grow with the distance from where the circle touches.
+
+    Their edges are ``edge_mm`` times 1 there and 1 more for every mm away, up to 7.5.
+    """
 
     def size_mm(points: np.ndarray) -> np.ndarray:
         beside = np.maximum(np.maximum(8.0 - points[:, 0], points[:, 0] - 15.0), 0.0)
-        return np.minimum(edge_mm + 0.4 * np.hypot(beside, 12.0 - points[:, 1]), 3.0)
+        return edge_mm * np.minimum(1.0 + np.hypot(beside, 12.0 - points[:, 1]), 7.5)
 
     return polygon_mesh(
         {
