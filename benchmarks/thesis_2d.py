@@ -87,10 +87,10 @@ def pressure(solution: Solution, lip: str) -> str:
 
 
 def regions(solution: Solution) -> dict[str, Array]:
-    """Return by lip the stretch of skin (2,), mm, that was ever under pressure."""
+    """Return by lip the stretch of skin (2,), mm, whose nodes ever bore load."""
     stretches = {}
     for lip, history in solution.contact.items():
-        ever = np.any(history.fields["pressure_mpa"] > 0, axis=0)
+        ever = np.any(history.fields["gap_mm"] < 0, axis=0)
         stretches[lip] = history.arc_mm[ever][[0, -1]]
     return stretches
 

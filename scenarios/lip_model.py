@@ -36,8 +36,9 @@ BONE_STIFFNESS_MPA_PER_MM = 1.0
 FOLD_REACH_MM = 0.5
 """How far from a skin another part of skin is looked for: far more than any penetration."""
 
-FOLD_NEIGHBOURHOOD_MM = 2.0
-"""Skin nearer than this along the surface cannot touch itself: dermis does not bend so sharply."""
+FOLD_NEIGHBOURHOOD_MM = 0.5
+"""Skin nearer than this along the surface cannot touch itself. No more: between lip and jaw the
+inner side folds within 2 mm of itself where a neck drives the lip against the teeth."""
 
 TISSUE = Inertia(density_tonne_per_mm3=1e-9, spectral_radius=0.0, relaxation_s=0.02)
 """Soft tissue's own density, and a relaxation time that is short against a sip of seconds: what

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 
 from fem2d.surface import edge_shapes
 from geometry2d.rigid import RigidPlacement, rotated
@@ -93,6 +94,35 @@ def test_no_point_of_a_lip_lies_inside_neck_or_teeth(name: str, tmp_path: Path):
     assert deepest["edges"] < 0.005
     told = outcome.about["largest_penetration_between_nodes_mm"]
     assert deepest["nodes"] < told < 0.1
+
+
+def test_a_lip_driven_against_the_teeth_folds_without_passing_through_itself(tmp_path: Path):
+    """With the neck 2 mm nearer the inner side folds between lip and jaw, within 2 mm of itself.
+
+    Contact is felt between nodes: one may poke a little into an edge (0.04 mm, for an instant;
+    edges there are 0.6 mm long), and edges that share one, at the crease's bottom, do not see each
+    other.
+    """
+    scenario = read_scenario("A38-F", ["solver.resolution=coarse", "placement.shift_x_mm=-2"])
+    conversion = convert_recording(
+        scenario.recording, tmp_path / "motion", progress=lambda share, what: None
+    )
+    scenario = scenario.with_motion(conversion.motion)
+    ready = prepared(scenario)
+    edges = ready.lips.free_edges("lower")[:, [0, 2, 1]]
+    apart = np.abs(np.subtract.outer(np.arange(len(edges)), np.arange(len(edges)))) > 1
+    depths = [0.0]
+
+    def look(increment: Increment) -> None:
+        turned_back = rotated(increment.displacement, -ready.placed.head_angle_rad)
+        places = ready.lips.body.nodes + turned_back
+        lines = shapely.linestrings(places[edges])
+        for one, other in np.argwhere(shapely.intersects(lines[:, None], lines) & apart):
+            nodes = shapely.points(places[edges[one]])
+            depths.append(float(shapely.distance(nodes, lines[other]).min()))
+
+    assert replay(scenario, on_increment=look).finished
+    assert max(depths) < 0.1
 
 
 def _overlaps(ready: Prepared, increment: Increment) -> Iterator[tuple[str, float]]:
