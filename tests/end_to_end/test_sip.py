@@ -14,7 +14,7 @@ from scenarios.cli import main
 from scenarios.drinking import Prepared, prepared, replay
 from scenarios.run import convert_recording
 from scenarios.solution import Increment, Solution
-from scenarios.spec import read_scenario
+from scenarios.spec import Scenario, read_scenario
 
 pytestmark = pytest.mark.slow
 
@@ -73,14 +73,20 @@ def test_histories_do_not_jump(solution: Solution):
         assert np.abs(np.diff(values)).max() < max(least, 0.25 * np.ptp(values)), name
 
 
+def converted(name: str, folder: Path, *settings: str) -> Scenario:
+    """A library scenario at coarse resolution, its motion taken from its recording."""
+    scenario = read_scenario(name, ["solver.resolution=coarse", *settings])
+    assert scenario.recording is not None
+    conversion = convert_recording(
+        scenario.recording, folder / "motion", progress=lambda share, what: None
+    )
+    return scenario.with_motion(conversion.motion)
+
+
 @pytest.mark.parametrize("name", ["A38-F", "DC-AE"])
 def test_no_point_of_a_lip_lies_inside_neck_or_teeth(name: str, tmp_path: Path):
     """Nodes not at all, to 0.005 mm; edges between them no more than their parabolas must."""
-    scenario = read_scenario(name, ["solver.resolution=coarse"])
-    conversion = convert_recording(
-        scenario.recording, tmp_path / "motion", progress=lambda share, what: None
-    )
-    scenario = scenario.with_motion(conversion.motion)
+    scenario = converted(name, tmp_path)
     ready = prepared(scenario)
     deepest = {"nodes": -np.inf, "edges": -np.inf}
 
@@ -103,11 +109,7 @@ def test_a_lip_driven_against_the_teeth_folds_without_passing_through_itself(tmp
     edges there are 0.6 mm long), and edges that share one, at the crease's bottom, do not see each
     other.
     """
-    scenario = read_scenario("A38-F", ["solver.resolution=coarse", "placement.shift_x_mm=-2"])
-    conversion = convert_recording(
-        scenario.recording, tmp_path / "motion", progress=lambda share, what: None
-    )
-    scenario = scenario.with_motion(conversion.motion)
+    scenario = converted("A38-F", tmp_path, "placement.shift_x_mm=-2")
     ready = prepared(scenario)
     edges = ready.lips.free_edges("lower")[:, [0, 2, 1]]
     apart = np.abs(np.subtract.outer(np.arange(len(edges)), np.arange(len(edges)))) > 1
