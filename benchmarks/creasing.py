@@ -133,11 +133,10 @@ def squeezed(
     *,
     roller_mpa_per_mm: float = ROLLER_MPA_PER_MM,
     friction: float = 0.0,
-    apart_mm: float = APART_MM,
 ) -> System:
     """Return the block between rollers, the right ones moving; walls stand for mirror images.
 
-    Parts of the skin more than ``apart_mm`` from one another along it touch with ``friction``.
+    Skin touches skin with ``friction``.
     """
     surface = {
         name: Surface(body.edges(name), body.nodes) for name in ("top", "bottom", "left", "right")
@@ -162,7 +161,6 @@ def squeezed(
         FrictionLaw(friction),
         reach_mm=0.5,
         itself=True,
-        neighbourhood_mm=apart_mm,
     )
     return System(body, walls, rollers, Inertia(1e-9, 0.0, 0.02), (fold,))
 

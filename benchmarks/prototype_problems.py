@@ -234,7 +234,6 @@ def _system(
         FrictionLaw(0.3),
         reach_mm=0.5,
         itself=True,
-        neighbourhood_mm=2.0,
     )
     return System(body, tuple(pairs), (bone,), TISSUE, (fold,))
 

@@ -57,6 +57,7 @@ class FoldOfPart:
             np.where(anchored == NONE, NONE, self.number[anchored]),
             whole.anchor_local[here],
             whole.traction[here],
+            whole.places[self.number != ELSEWHERE],
         )
 
 

@@ -20,6 +20,10 @@ Gauss points are put between them, so that forces on both sides are integrated e
 surfaces are flat, and non-matching meshes pass the patch test. Segments and points are chosen at
 committed instants and stand still during an increment; with their weights and the tractions they
 remember they are the history.
+
+A ray is followed backwards too, for what has gone through the surface lies behind it. So does the
+other side of the tissue itself, where a fold or a tongue of it is thin. What tells them apart is
+where they were at the committed instant: what has come through lay in front then.
 """
 
 from __future__ import annotations
@@ -42,6 +46,10 @@ Index = NDArray[np.intp]
 
 FACING_COSINE = -0.25
 """Surfaces face each other if the cosine between their outward normals is below this."""
+
+BEHIND_MM = 0.05
+"""What lay farther than this behind a point at a committed instant, mm, is the other side of its
+own tissue: ten times what surfaces that touch go into each other."""
 
 SHORTEST_SEGMENT = 1e-7
 """Segments shorter than this share of an edge get no points."""
@@ -72,6 +80,8 @@ class TissueHistory:
         meets then.
     traction
         (p,) tangential traction, MPa, positive along the carrying edge.
+    places
+        (m, k, 2) positions of the edges' nodes at the committed instant, mm.
     """
 
     edge: Index
@@ -80,6 +90,7 @@ class TissueHistory:
     anchor: Index
     anchor_local: Array
     traction: Array
+    places: Array
 
 
 @dataclass(frozen=True)
@@ -140,11 +151,8 @@ class _Sides(NamedTuple):
 
     edges: Index
     owner: Index
-    start: Array
-    length: Array
     reach_mm: float
     itself: bool
-    neighbourhood_mm: float
 
 
 @dataclass(frozen=True)
@@ -164,8 +172,6 @@ class TissueContact:
         penetration, less than half of the thinnest part.
     itself
         Whether a surface may touch itself, as in a crease.
-    neighbourhood_mm
-        Parts of a surface nearer than this along it do not touch each other, mm.
     """
 
     name: str
@@ -174,7 +180,6 @@ class TissueContact:
     friction: FrictionLaw
     reach_mm: float
     itself: bool = False
-    neighbourhood_mm: float = 0.0
     edges: Index = field(init=False, repr=False, compare=False)
     """(m, k) node indices of all surfaces' edges."""
     owner: Index = field(init=False, repr=False, compare=False)
@@ -187,10 +192,9 @@ class TissueContact:
     """Nothing here follows the prescribed motion by itself."""
 
     def __post_init__(self) -> None:
-        if not self.reach_mm > 0 or self.neighbourhood_mm < 0:
+        if not self.reach_mm > 0:
             raise TissueContactError(
-                f"contact {self.name!r}: reach {self.reach_mm} mm must be positive and "
-                f"neighbourhood {self.neighbourhood_mm} mm not negative"
+                f"contact {self.name!r}: reach_mm = {self.reach_mm} must be positive"
             )
         if len(self.surfaces) < 2 - self.itself:
             raise TissueContactError(
@@ -215,15 +219,7 @@ class TissueContact:
 
     @cached_property
     def _sides(self) -> _Sides:
-        return _Sides(
-            self.edges,
-            self.owner,
-            self.start,
-            self.length,
-            self.reach_mm,
-            self.itself,
-            self.neighbourhood_mm,
-        )
+        return _Sides(self.edges, self.owner, self.reach_mm, self.itself)
 
     def initial_history(self, displacement: Array, placement: RigidPlacement) -> TissueHistory:
         """Return the points chosen at ``displacement`` (n, 2), mm; no friction acts yet."""
@@ -238,7 +234,8 @@ class TissueContact:
         told in `RigidContact.reached`. All nodes are taken to go straight and at one pace.
         """
         after = self._deformed(predicted)
-        _, met, met_local, gap = _meetings(history.edge, history.local, after, self._sides)
+        before = self._deformed(displacement)
+        _, met, met_local, gap = _meetings(history.edge, history.local, after, before, self._sides)
         if not np.any(gap < 0):
             return history
         anchor, anchor_local = _first_touches(
@@ -249,7 +246,7 @@ class TissueContact:
             met,
             met_local,
             gap,
-            self._deformed(displacement),
+            before,
             after,
             self._sides,
         )
@@ -260,7 +257,9 @@ class TissueContact:
     ) -> TissueResponse:
         """Return forces and trial history at ``displacement`` (n, 2), mm."""
         deformed = self._deformed(displacement)
-        normal, met, met_local, gap = _meetings(before.edge, before.local, deformed, self._sides)
+        normal, met, met_local, gap = _meetings(
+            before.edge, before.local, deformed, before.places, self._sides
+        )
         laws = _laws(
             gap,
             normal,
@@ -401,11 +400,12 @@ class TissueContact:
         _, slope = edge_shapes(self.edges.shape[1], local)
         speed = np.linalg.norm(np.einsum("pk,pkc->pc", slope, nodes), axis=1)
         weight = 0.5 * share * speed * self.surfaces[0].thickness_mm
-        _, met, met_local, gap = _meetings(edge, local, deformed, self._sides)
+        before = deformed if response is None else response.before.places
+        _, met, met_local, gap = _meetings(edge, local, deformed, before, self._sides)
         traction = np.zeros(len(edge))
         if response is not None:
             traction = self._inherited(response, edge, local, gap)
-        return TissueHistory(edge, local, weight, met, met_local, traction)
+        return TissueHistory(edge, local, weight, met, met_local, traction, deformed)
 
     def _inherited(self, response: TissueResponse, edge: Index, local: Array, gap: Array) -> Array:
         """Return tractions (p,) at new points: the share of the pressure is what is handed on."""
@@ -550,9 +550,12 @@ def _within_reach(home: int, boxes: Array, groups: Array, sides: _Sides, found: 
 
 @compiled
 def _meetings(
-    edge: Index, local: Array, deformed: Array, sides: _Sides
+    edge: Index, local: Array, deformed: Array, before: Array, sides: _Sides
 ) -> tuple[Array, Index, Array, Array]:
-    """Return each point's normal, and edge, local coordinate and gap of what its ray meets."""
+    """Return each point's normal, and edge, local coordinate and gap of what its ray meets.
+
+    The edges' nodes are at ``deformed`` (m, k, 2) and were at ``before`` at the committed instant.
+    """
     count = len(edge)
     normal = np.empty((count, 2))
     met, met_local, gap = np.full(count, NONE), np.zeros(count), np.full(count, np.inf)
@@ -566,7 +569,7 @@ def _meetings(
         x, y, nx, ny = _place(deformed, home, local[i])
         normal[i, 0], normal[i, 1] = nx, ny
         met[i], met_local[i], gap[i] = _nearest(
-            x, y, nx, ny, home, local[i], near, near_count, deformed, sides
+            x, y, nx, ny, home, local[i], near, near_count, deformed, before, sides
         )
     return normal, met, met_local, gap
 
@@ -582,20 +585,16 @@ def _nearest(
     near: Index,
     near_count: int,
     deformed: Array,
+    before: Array,
     sides: _Sides,
 ) -> tuple[int, float, float]:
     """Return edge, local coordinate and gap of what a ray meets nearest to its point, if any."""
     met, met_local, gap = NONE, 0.0, np.inf
     tx, ty = -ny, nx
-    arc = sides.start[home] + local * sides.length[home]
     for at in range(near_count):
         e = near[at]
-        if sides.owner[e] == sides.owner[home]:
-            if _share_node(sides.edges, e, home):
-                continue
-            apart = max(sides.start[e] - arc, arc - sides.start[e] - sides.length[e])
-            if apart < sides.neighbourhood_mm:
-                continue
+        if _share_node(sides.edges, e, home):
+            continue
         x0, y0 = deformed[e, 0, 0] - x, deformed[e, 0, 1] - y
         x1, y1 = deformed[e, 1, 0] - x, deformed[e, 1, 1] - y
         c0, c1 = x0 * tx + y0 * ty, x1 * tx + y1 * ty
@@ -615,9 +614,21 @@ def _nearest(
                 continue
             ax, ay = d0 * x0 + d1 * x1 + dm * xm, d0 * y0 + d1 * y1 + dm * ym
             facing = (ay * nx - ax * ny) / np.hypot(ax, ay)
-            if facing < FACING_COSINE:
-                met, met_local, gap = e, xi, g
+            if facing >= FACING_COSINE:
+                continue
+            if g < -BEHIND_MM and _was_behind(before, home, local, e, xi):
+                continue
+            met, met_local, gap = e, xi, g
     return met, met_local, gap
+
+
+@compiled
+def _was_behind(before: Array, home: int, local: float, met: int, met_local: float) -> bool:
+    """Whether a place on an edge was deep in the tissue behind a point of another, or beyond it."""
+    x, y, nx, ny = _place(before, home, local)
+    met_x, met_y = _place(before, met, met_local)[:2]
+    behind: bool = (met_x - x) * nx + (met_y - y) * ny < -BEHIND_MM
+    return behind
 
 
 @compiled
@@ -640,7 +651,7 @@ def _first_touches(
     """
     anchor, anchor_local = anchor.copy(), anchor_local.copy()
     near = np.empty(len(before), np.intp)
-    _, _, _, beginning = _meetings(edge, local, before, sides)
+    _, _, _, beginning = _meetings(edge, local, before, before, sides)
     for i in range(len(edge)):
         if gap[i] >= 0.0 or beginning[i] <= 0.0:
             continue
@@ -660,7 +671,7 @@ def _first_touches(
             count = _within_reach(home, boxes, groups, sides, near)
             x, y, nx, ny = _place(now, home, local[i])
             found, found_local, found_gap = _nearest(
-                x, y, nx, ny, home, local[i], near, count, now, sides
+                x, y, nx, ny, home, local[i], near, count, now, before, sides
             )
             if found == NONE:
                 break

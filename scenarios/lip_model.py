@@ -36,10 +36,6 @@ BONE_STIFFNESS_MPA_PER_MM = 1.0
 FOLD_REACH_MM = 0.5
 """How far from a skin another part of skin is looked for: far more than any penetration."""
 
-FOLD_NEIGHBOURHOOD_MM = 0.5
-"""Skin nearer than this along the surface cannot touch itself. No more: between lip and jaw the
-inner side folds within 2 mm of itself where a neck drives the lip against the teeth."""
-
 TISSUE = Inertia(density_tonne_per_mm3=1e-9, spectral_radius=0.0, relaxation_s=0.02)
 """Soft tissue's own density, and a relaxation time that is short against a sip of seconds: what
 snaps back or starts to slip then takes a moment, not none (docs/solver.md has the convergence)."""
@@ -203,7 +199,6 @@ class Lips:
             FrictionLaw(contact.lip_friction),
             reach_mm=FOLD_REACH_MM,
             itself=True,
-            neighbourhood_mm=FOLD_NEIGHBOURHOOD_MM,
         )
         loads = () if self.pull is None else (self.load(self.pull),)
         return System(self.body, (*on_walls, *on_teeth), ties, TISSUE, (lips,), loads)

@@ -49,10 +49,13 @@ def two_surfaces(coefficient, nodes_per_edge, corner=False):
 
 
 def pressed(contact, seed, size=0.05):
-    """A displacement that presses and slides, and a history that already holds tractions."""
+    """A displacement that presses and slides, and a history that already holds tractions.
+
+    The upper surface was 0.06 mm higher then: a ridge at rest lies 0.1 mm deep in what is below.
+    """
     rng = np.random.default_rng(seed)
     nodes = contact.surfaces[0].nodes
-    history = contact.initial_history(np.zeros_like(nodes), NOWHERE)
+    history = contact.initial_history(lifted(contact, (0.0, 0.06)), NOWHERE)
     history = replace(history, traction=rng.uniform(-0.2, 0.2, history.traction.shape))
     return rng.uniform(-size, size, nodes.shape), history
 
@@ -239,6 +242,52 @@ def test_a_fold_meets_itself_but_not_its_neighbours():
     # The bank that was on the right lies on the left now and is pushed back to the right.
     assert pushed.reshape(-1, 2)[nodes[:, 0] > 0.01, 0].sum() > 0.01
     assert pushed.reshape(-1, 2)[nodes[:, 0] < -0.01, 0].sum() < -0.01
+
+
+def test_a_thin_tongue_does_not_touch_itself_through_its_own_tissue():
+    # A surface that runs out along one side of a tongue of tissue, 0.3 mm thick, and back along the
+    # other; it is bent, thinned to a half and thickened, and never gone through.
+    out = np.column_stack([np.linspace(0, 2, 11), np.full(11, -0.15)])
+    nodes = np.concatenate([out, [[2.1, 0.0]], out[::-1] * [1, -1]])
+    edges = np.column_stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))])
+    tongue = TissueContact(
+        "tongue", (Surface(edges, nodes),), NormalLaw(), FrictionLaw(0.3), 0.5, itself=True
+    )
+    x, y = nodes.T
+    still = np.zeros_like(nodes)
+    history = tongue.initial_history(still, NOWHERE)
+    ways = (
+        still,
+        np.column_stack([0 * x, -0.5 * y]),
+        np.column_stack([0 * x, 0.5 * y]),
+        np.column_stack([-0.2 * x * y, 0.1 * x**2]),
+    )
+    for displacement in ways:
+        response = tongue.response(displacement, NOWHERE, history)
+        assert np.all(response.points.gap > 0)
+        assert response.touching.size == 0
+        assert np.all(response.history.anchor == NONE)
+
+
+def test_what_was_in_front_touches_however_near_it_lies_along_the_surface():
+    # The banks of a groove as wide as one short edge close and cross.
+    nodes = np.array([[1.0, -0.1], [0.0, -0.1], [0.0, 0.1], [1.0, 0.1]])
+    groove = TissueContact(
+        "groove",
+        (Surface(np.array([[0, 1], [1, 2], [2, 3]]), nodes),),
+        NormalLaw(10.0, 1e-3),
+        FrictionLaw(0.0),
+        reach_mm=0.5,
+        itself=True,
+    )
+    history = groove.initial_history(np.zeros_like(nodes), NOWHERE)
+    narrowed, crossed = nodes * [0.0, -0.9], nodes * [0.0, -1.2]
+    assert groove.response(narrowed, NOWHERE, history).touching.size == 0
+    force, response = total(groove, crossed, history)
+    on_banks = history.edge != 1
+    assert 0 < on_banks.sum() == response.touching.size
+    np.testing.assert_allclose(response.points.gap[on_banks], -0.04)
+    assert max(force[1], force[3]) < 0 < min(force[5], force[7])
 
 
 def test_what_makes_no_sense_is_refused():

@@ -61,7 +61,7 @@ def path() -> Path:
     motion = RigidMotion(
         times, 0 * times, np.column_stack([-SHORTENING * WIDTH * times / 30, 0 * times])
     )
-    system = squeezed(body, motion, WIDTH, roller_mpa_per_mm=5.0, friction=0.3, apart_mm=2.0)
+    system = squeezed(body, motion, WIDTH, roller_mpa_per_mm=5.0, friction=0.3)
     top = np.unique(body.edges("top"))
     top = top[np.argsort(body.nodes[top, 0])]
     seen: list[tuple[float, Instability, int]] = []
