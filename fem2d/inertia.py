@@ -1,10 +1,12 @@
 """Implicit time integration with controlled numerical damping.
 
-Equilibrium is written at the end of a step, ``M ((1 − α) a₁ + α a₀) + f(u₁) = 0`` (Wood, Bossak
-and Zienkiewicz 1980), with Newmark's relations between displacement, velocity and acceleration.
+Equilibrium is written at the end of a step, ``M ((1 − α) a₁ + α a₀) + C v₁ + f(u₁) = 0`` (Wood,
+Bossak and Zienkiewicz 1980), with Newmark's relations between displacement, velocity and
+acceleration.
 One number steers the damping: the spectral radius ``ρ`` at infinite frequency, 1 for none, 0 for
 the most; ``α = (ρ − 1)/(ρ + 1)``, ``γ = ½ − α``, ``β = (1 − α)²/4`` keep second-order accuracy and
-unconditional stability. Contact forces are taken at the end of the step and nowhere else, so a
+unconditional stability; without mass and with ρ = 0 they are the two-step backward differences of
+``C v + f(u) = 0``. Contact forces are taken at the end of the step and nowhere else, so a
 force never acts on a gap that is open.
 """
 
@@ -75,6 +77,11 @@ class Inertia:
         """Newmark's γ."""
         return 0.5 - self.alpha
 
+    @property
+    def knows_time(self) -> bool:
+        """Whether anything resists motion; if not, every instant is at rest."""
+        return self.density_tonne_per_mm3 > 0 or self.relaxation_s > 0
+
     def pull(self, state: State, duration_s: float) -> tuple[float, Array]:
         """Return ``(c, û)``: the inertial force at the end of the step is ``M c (u − û)``."""
         beta, alpha = self.beta, self.alpha
@@ -85,6 +92,16 @@ class Inertia:
         )
         scale = (1 - alpha) / (beta * duration_s**2)
         return scale, free - alpha / scale * state.acceleration
+
+    def resistance(self, mass: Array, viscosity: Array, duration_s: float) -> Array:
+        """Return the derivative of inertial and viscous force by the displacement, N/mm.
+
+        Entry by entry of the matrices ``mass``, tonnes, and ``viscosity``, N s/mm.
+        """
+        by_acceleration = (1 - self.alpha) / (self.beta * duration_s**2)
+        by_velocity = self.gamma / (self.beta * duration_s)
+        resistance: Array = by_acceleration * mass + by_velocity * viscosity
+        return resistance
 
     def rates(self, state: State, displacement: Array, duration_s: float) -> tuple[Array, Array]:
         """Return velocity and acceleration (n, 2) at the end of a step to ``displacement``."""

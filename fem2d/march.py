@@ -267,7 +267,7 @@ def committed(
     next_step_s: float,
 ) -> Commit:
     """Make a converged trial the new committed state."""
-    if system.inertia.density_tonne_per_mm3 > 0:
+    if system.inertia.knows_time:
         velocity, acceleration = system.inertia.rates(before, trial.displacement, duration_s)
     else:
         velocity, acceleration = np.zeros_like(before.velocity), before.acceleration

@@ -173,23 +173,26 @@ class System:
         folded = self.fold_responses(displacement, before)
         for fold in folded:
             np.add.at(contact_force, fold.dofs, fold.force)
-        pull, _ = self._pull_of_ties(body_moves_to or placement)
-        tie_force = self.tie_only @ displacement.ravel() - pull
+        of_anchors, _ = self._pull_of_ties(body_moves_to or placement)
+        tie_force = self.tie_only @ displacement.ravel() - of_anchors
         load_force = self.load_force(before.time_s + duration_s)
         residual = response.force + tie_force - contact_force - load_force
         scale = max(float(np.max(np.abs(f))) for f in (contact_force, tie_force, load_force))
-        residual += self.viscosity @ (displacement - before.displacement).ravel() / duration_s
-        inertial_pull = 0.0
-        if self.inertia.density_tonne_per_mm3 > 0:
-            inertial_pull, free = self.inertia.pull(before, duration_s)
-            inertial = inertial_pull * (self.mass @ (displacement - free).ravel())
-            residual += inertial
+        if self.inertia.knows_time:
+            pull, free = self.inertia.pull(before, duration_s)
+            inertial = pull * (self.mass @ (displacement - free).ravel())
+            velocity, _ = self.inertia.rates(before, displacement, duration_s)
+            residual += inertial + self.viscosity @ velocity.ravel()
             scale = max(scale, float(np.max(np.abs(inertial))))
 
         def matrix(safe: bool) -> sp.csr_matrix:
-            resisting = inertial_pull * self.mass.data + self.viscosity.data / duration_s
             of_body = self.body.response(displacement, projected=True) if safe else response
-            return self._tangent(of_body.stiffness + resisting, touching, folded, safe=safe)
+            stiffness = of_body.stiffness
+            if self.inertia.knows_time:
+                stiffness = stiffness + self.inertia.resistance(
+                    self.mass.data, self.viscosity.data, duration_s
+                )
+            return self._tangent(stiffness, touching, folded, safe=safe)
 
         return SystemBalance(residual, scale, matrix, response, touching, folded)
 

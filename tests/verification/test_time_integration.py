@@ -1,0 +1,112 @@
+"""Mass and viscosity against the exact solution of the linear system: order in the step's length.
+
+A small clamped block under a load so small that it stays linear: ``M u″ + τ K₀ u′ + K u = f(t)``.
+The load sets in smoothly, so that the body's start at rest is exact.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from contact_models import LoadedSystem, block, linear_elastic, side_pressure, still, unknowns
+from scipy.integrate import solve_ivp
+
+from fem2d.inertia import Inertia
+from fem2d.linear import fastest_solver
+from fem2d.march import MarchStatus, StepSettings, march
+from fem2d.newton import NewtonSettings
+
+END_S = 1.0
+EXACTLY = NewtonSettings(tolerance=1e-8, force_floor_n=1e-6)
+
+
+def clamped(inertia):
+    """A block on its clamped bottom, drawn sideways at its top by a load that grows as t³."""
+    body = block(np.linspace(0, 2, 4), np.linspace(0, 1, 3), linear_elastic(1.0, 0.3))
+    held = np.concatenate([unknowns(body, "bottom", c) for c in (0, 1)])
+    force = side_pressure(body, "top", (1e-5, 0.0))
+    return LoadedSystem(
+        body, (), (), inertia, held=held, hold=1e6, load=lambda t: t**3 * force
+    )  # fmt: skip
+
+
+def matrices(system):
+    """Mass, viscosity and stiffness (2n, 2n) of a system at rest."""
+    still_there = np.zeros_like(system.body.nodes)
+    stiffness = system.body.pattern.matrix(system.body.response(still_there).stiffness).toarray()
+    stiffness[system.held, system.held] += system.hold
+    return system.mass.toarray(), system.viscosity.toarray(), stiffness
+
+
+def exact(system):
+    """The displacement (2n,) at the end: the linear equations with tight tolerances."""
+    mass, viscosity, stiffness = matrices(system)
+    count = len(stiffness)
+    if not mass.any():
+        # Held unknowns have springs without dampers; without mass they are told by the others.
+        free = np.setdiff1d(np.arange(count), system.held)
+        damper, spring = (m[np.ix_(free, free)] for m in (viscosity, stiffness))
+        slope = -np.linalg.solve(damper, spring)
+        drive = np.linalg.solve(damper, system.load(1.0)[free])
+        solved = solve_ivp(
+            lambda t, u: slope @ u + t**3 * drive, (0, END_S), np.zeros(len(free)),
+            method="Radau", jac=slope, rtol=1e-9, atol=1e-16,
+        )  # fmt: skip
+        result = np.zeros(count)
+        result[free] = solved.y[:, -1]
+        return result
+    inverse = np.linalg.inv(mass)
+    slope = np.block(
+        [[np.zeros_like(mass), np.eye(count)], [-inverse @ stiffness, -inverse @ viscosity]]
+    )
+    drive = np.concatenate([np.zeros(count), inverse @ system.load(1.0)])
+    solved = solve_ivp(
+        lambda t, state: slope @ state + t**3 * drive, (0, END_S), np.zeros(2 * count),
+        method="Radau", jac=slope, rtol=1e-9, atol=1e-16,
+    )  # fmt: skip
+    return solved.y[:count, -1]
+
+
+def integrated(system, step_s, uneven):
+    """The displacement (2n,) at the end; uneven steps are short and long by turns, 1 to 2."""
+    motion, solver = still(END_S), fastest_solver()
+    state = system.state_at_rest(0.0, motion.at(0.0), next_step_s=step_s)
+    lengths = step_s * (np.array([2, 4]) / 3 if uneven else np.ones(2))
+    ends = np.cumsum(np.tile(lengths, round(END_S / step_s) // 2))
+    for end in ends:
+        length = end - state.time_s
+        result = march(
+            system, motion, replace(state, next_step_s=length), solver=solver, end_s=end,
+            newton=EXACTLY, steps=StepSettings(longest_s=length, accuracy_mm=np.inf),
+        )  # fmt: skip
+        assert result.status is MarchStatus.FINISHED and result.increments == 1
+        state = result.state
+    return state.displacement.ravel()
+
+
+@pytest.mark.parametrize(
+    ("density", "relaxation", "uneven", "order"),
+    [
+        (0.0, 0.1, False, 2.0),
+        (0.0, 0.1, True, 2.0),
+        (0.1, 0.0, False, 2.0),
+        (0.1, 0.05, False, 2.0),
+        # Steps that change by a factor of two at every instant cost mass half an order.
+        (0.1, 0.05, True, 1.5),
+    ],
+    ids=["viscosity", "viscosity, uneven", "mass", "both", "both, uneven"],
+)
+def test_errors_fall_with_the_square_of_the_step(density, relaxation, uneven, order):
+    system = clamped(Inertia(density, 0.0, relaxation))
+    expected = exact(system)
+    at_rest = np.linalg.solve(matrices(system)[2], system.load(END_S))
+    size = np.abs(expected).max()
+    assert np.abs(expected - at_rest).max() > 0.05 * size  # what resists motion shows
+    errors = np.array(
+        [
+            np.abs(integrated(system, step, uneven) - expected).max() / size
+            for step in (1 / 40, 1 / 80, 1 / 160)
+        ]
+    )
+    assert errors[-1] < 3e-3
+    np.testing.assert_allclose(np.log2(errors[:-1] / errors[1:]), order, atol=0.2)
