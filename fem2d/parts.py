@@ -58,6 +58,7 @@ class FoldOfPart:
             whole.anchor_local[here],
             whole.traction[here],
             whole.places[self.number != ELSEWHERE],
+            whole.depth[self.number != ELSEWHERE],
         )
 
 

@@ -48,8 +48,12 @@ FACING_COSINE = -0.25
 """Surfaces face each other if the cosine between their outward normals is below this."""
 
 BEHIND_MM = 0.05
-"""What lay farther than this behind a point at a committed instant, mm, is the other side of its
-own tissue: ten times what surfaces that touch go into each other."""
+"""What lay farther than this behind a point at a committed instant, mm, and farther than anything
+that had come through its edge, is the other side of its own tissue."""
+
+SHARPEST_TIP_RAD = 0.25
+"""Two edges that share a node and enclose so little tissue or less do not: they are the sides of a
+crease whose bottom has closed a little too far."""
 
 SHORTEST_SEGMENT = 1e-7
 """Segments shorter than this share of an edge get no points."""
@@ -82,6 +86,8 @@ class TissueHistory:
         (p,) tangential traction, MPa, positive along the carrying edge.
     places
         (m, k, 2) positions of the edges' nodes at the committed instant, mm.
+    depth
+        (m,) how far at most another surface had come through each edge then, mm.
     """
 
     edge: Index
@@ -91,6 +97,7 @@ class TissueHistory:
     anchor_local: Array
     traction: Array
     places: Array
+    depth: Array
 
 
 @dataclass(frozen=True)
@@ -235,7 +242,9 @@ class TissueContact:
         """
         after = self._deformed(predicted)
         before = self._deformed(displacement)
-        _, met, met_local, gap = _meetings(history.edge, history.local, after, before, self._sides)
+        _, met, met_local, gap = _meetings(
+            history.edge, history.local, after, before, history.depth, self._sides
+        )
         if not np.any(gap < 0):
             return history
         anchor, anchor_local = _first_touches(
@@ -247,6 +256,7 @@ class TissueContact:
             met_local,
             gap,
             before,
+            history.depth,
             after,
             self._sides,
         )
@@ -258,7 +268,7 @@ class TissueContact:
         """Return forces and trial history at ``displacement`` (n, 2), mm."""
         deformed = self._deformed(displacement)
         normal, met, met_local, gap = _meetings(
-            before.edge, before.local, deformed, before.places, self._sides
+            before.edge, before.local, deformed, before.places, before.depth, self._sides
         )
         laws = _laws(
             gap,
@@ -400,12 +410,16 @@ class TissueContact:
         _, slope = edge_shapes(self.edges.shape[1], local)
         speed = np.linalg.norm(np.einsum("pk,pkc->pc", slope, nodes), axis=1)
         weight = 0.5 * share * speed * self.surfaces[0].thickness_mm
-        before = deformed if response is None else response.before.places
-        _, met, met_local, gap = _meetings(edge, local, deformed, before, self._sides)
+        before, depth = deformed, np.zeros(len(deformed))
+        if response is not None:
+            before, depth = response.before.places, response.before.depth
+        _, met, met_local, gap = _meetings(edge, local, deformed, before, depth, self._sides)
+        deepest = np.zeros(len(deformed))
+        np.maximum.at(deepest, edge, -gap)
         traction = np.zeros(len(edge))
         if response is not None:
             traction = self._inherited(response, edge, local, gap)
-        return TissueHistory(edge, local, weight, met, met_local, traction, deformed)
+        return TissueHistory(edge, local, weight, met, met_local, traction, deformed, deepest)
 
     def _inherited(self, response: TissueResponse, edge: Index, local: Array, gap: Array) -> Array:
         """Return tractions (p,) at new points: the share of the pressure is what is handed on."""
@@ -550,11 +564,12 @@ def _within_reach(home: int, boxes: Array, groups: Array, sides: _Sides, found: 
 
 @compiled
 def _meetings(
-    edge: Index, local: Array, deformed: Array, before: Array, sides: _Sides
+    edge: Index, local: Array, deformed: Array, before: Array, depth: Array, sides: _Sides
 ) -> tuple[Array, Index, Array, Array]:
     """Return each point's normal, and edge, local coordinate and gap of what its ray meets.
 
-    The edges' nodes are at ``deformed`` (m, k, 2) and were at ``before`` at the committed instant.
+    The edges' nodes are at ``deformed`` (m, k, 2); ``before`` and ``depth`` are those of the
+    history.
     """
     count = len(edge)
     normal = np.empty((count, 2))
@@ -569,7 +584,7 @@ def _meetings(
         x, y, nx, ny = _place(deformed, home, local[i])
         normal[i, 0], normal[i, 1] = nx, ny
         met[i], met_local[i], gap[i] = _nearest(
-            x, y, nx, ny, home, local[i], near, near_count, deformed, before, sides
+            x, y, nx, ny, home, local[i], near, near_count, deformed, before, depth[home], sides
         )
     return normal, met, met_local, gap
 
@@ -586,6 +601,7 @@ def _nearest(
     near_count: int,
     deformed: Array,
     before: Array,
+    depth: float,
     sides: _Sides,
 ) -> tuple[int, float, float]:
     """Return edge, local coordinate and gap of what a ray meets nearest to its point, if any."""
@@ -593,7 +609,7 @@ def _nearest(
     tx, ty = -ny, nx
     for at in range(near_count):
         e = near[at]
-        if _share_node(sides.edges, e, home):
+        if _form_tip(sides.edges, before, e, home):
             continue
         x0, y0 = deformed[e, 0, 0] - x, deformed[e, 0, 1] - y
         x1, y1 = deformed[e, 1, 0] - x, deformed[e, 1, 1] - y
@@ -616,19 +632,20 @@ def _nearest(
             facing = (ay * nx - ax * ny) / np.hypot(ax, ay)
             if facing >= FACING_COSINE:
                 continue
-            if g < -BEHIND_MM and _was_behind(before, home, local, e, xi):
+            behind = BEHIND_MM + depth
+            if g < -behind and _distance_before(before, home, local, e, xi) < -behind:
                 continue
             met, met_local, gap = e, xi, g
     return met, met_local, gap
 
 
 @compiled
-def _was_behind(before: Array, home: int, local: float, met: int, met_local: float) -> bool:
-    """Whether a place on an edge was deep in the tissue behind a point of another, or beyond it."""
+def _distance_before(before: Array, home: int, local: float, met: int, met_local: float) -> float:
+    """Return how far in front of a point of one edge a place on another was."""
     x, y, nx, ny = _place(before, home, local)
     met_x, met_y = _place(before, met, met_local)[:2]
-    behind: bool = (met_x - x) * nx + (met_y - y) * ny < -BEHIND_MM
-    return behind
+    distance: float = (met_x - x) * nx + (met_y - y) * ny
+    return distance
 
 
 @compiled
@@ -641,6 +658,7 @@ def _first_touches(
     met_local: Array,
     gap: Array,
     before: Array,
+    depth: Array,
     after: Array,
     sides: _Sides,
 ) -> tuple[Index, Array]:
@@ -651,7 +669,7 @@ def _first_touches(
     """
     anchor, anchor_local = anchor.copy(), anchor_local.copy()
     near = np.empty(len(before), np.intp)
-    _, _, _, beginning = _meetings(edge, local, before, before, sides)
+    _, _, _, beginning = _meetings(edge, local, before, before, depth, sides)
     for i in range(len(edge)):
         if gap[i] >= 0.0 or beginning[i] <= 0.0:
             continue
@@ -671,7 +689,7 @@ def _first_touches(
             count = _within_reach(home, boxes, groups, sides, near)
             x, y, nx, ny = _place(now, home, local[i])
             found, found_local, found_gap = _nearest(
-                x, y, nx, ny, home, local[i], near, count, now, before, sides
+                x, y, nx, ny, home, local[i], near, count, now, before, depth[home], sides
             )
             if found == NONE:
                 break
@@ -700,12 +718,19 @@ def _roots(square: float, linear: float, constant: float) -> tuple[float, float]
 
 
 @compiled
-def _share_node(edges: Index, first: int, second: int) -> bool:
-    for a in range(2):
-        for b in range(2):
-            if edges[first, a] == edges[second, b]:
-                return True
-    return False
+def _form_tip(edges: Index, before: Array, one: int, other: int) -> bool:
+    """Whether two edges share a node and enclose tissue there, less than a half turn of it."""
+    if edges[one, 1] == edges[other, 0]:
+        first, second = one, other
+    elif edges[other, 1] == edges[one, 0]:
+        first, second = other, one
+    else:
+        return False
+    _, _, nx, ny = _place(before, first, 1.0)
+    _, _, mx, my = _place(before, second, 0.0)
+    turned = np.arctan2(nx * my - ny * mx, nx * mx + ny * my)
+    tip: bool = 0.0 <= turned < np.pi - SHARPEST_TIP_RAD
+    return tip
 
 
 @compiled

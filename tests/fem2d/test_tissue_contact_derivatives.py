@@ -290,6 +290,41 @@ def test_what_was_in_front_touches_however_near_it_lies_along_the_surface():
     assert max(force[1], force[3]) < 0 < min(force[5], force[7])
 
 
+def crease(shape):
+    """Two edges (quadratic) that share a node at the origin, the second the mirror image of the
+    first, whose nodes lie on (x, −shape(x)) for x = 1, 0.5 and 0: a valley if shape(x) > 0."""
+    x = np.array([1.0, 0.5, 0.0, 0.5, 1.0])
+    nodes = np.column_stack([x, shape(x) * [-1, -1, 0, 1, 1]])
+    surface = Surface(np.array([[0, 2, 1], [2, 4, 3]]), nodes)
+    return TissueContact(
+        "crease", (surface,), NormalLaw(10.0, 1e-3), FrictionLaw(0.3), 0.5, itself=True
+    )
+
+
+@pytest.mark.parametrize("shape", [lambda x: 0.2 * x, lambda x: 0.2 * x**2, lambda x: 0.3 * x**0.5])
+def test_the_sides_of_a_crease_touch_up_to_the_node_they_share(shape):
+    valley = crease(shape)
+    nodes = valley.surfaces[0].nodes
+    history = valley.initial_history(np.zeros_like(nodes), NOWHERE)
+    nearly, crossed, farther = (nodes * [0.0, -share] for share in (0.95, 1.05, 1.1))
+    assert valley.response(nearly, NOWHERE, history).touching.size == 0
+    for start in (history, valley.response(crossed, NOWHERE, history).history):
+        force, response = total(valley, farther, start)
+        assert start.weight[response.touching].sum() > 0.9 * start.weight.sum()
+        assert max(force[1], force[3]) < 0 < min(force[7], force[9])
+        assert_stiffness_is_derivative(valley, farther, start)
+
+
+def test_the_sides_of_a_tip_never_touch_each_other():
+    tip = crease(lambda x: -0.2 * x)
+    nodes = tip.surfaces[0].nodes
+    history = tip.initial_history(np.zeros_like(nodes), NOWHERE)
+    for share in (0.5, 0.0, -0.3, -0.6):
+        response = tip.response(nodes * [0.0, share], NOWHERE, history)
+        assert response.touching.size == 0
+        history = response.history
+
+
 def test_what_makes_no_sense_is_refused():
     contact = two_surfaces(0.5, 3)
     with pytest.raises(TissueContactError, match="one surface with nothing"):
