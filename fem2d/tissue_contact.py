@@ -176,7 +176,7 @@ class TissueContact:
         The laws.
     reach_mm
         How far from a surface others are looked for, outside and inside, mm: more than any
-        penetration, less than half of the thinnest part.
+        penetration.
     itself
         Whether a surface may touch itself, as in a crease.
     """
