@@ -7,7 +7,9 @@ Replays each scenario at each resolution, and once more at the resolution named 
 steps of half the length and half the travel. A row has the largest value of each output over the
 sip, but the length of contact is a mean over the load (its time integral, each instant weighted by
 the force on that lip, over the force's): the largest is that of an instant at which a second place
-just touches, and a mean over time depends on when the last point lets go.
+just touches, and a mean over time depends on when the last point lets go. Strain and stress are
+told twice: at the integration point where they are largest, and as the largest mean over discs of
+0.5 mm in the undeformed dermis, what a window is to pressure.
 
 Below the rows, the change from the second finest mesh to the finest, and from whole to halved
 steps, in percent. Times are those of the clock and of the processor; memory is the largest that the
@@ -24,11 +26,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from fem2d.march import StepSettings
 from scenarios.drinking import replay
 from scenarios.run import convert_recording
-from scenarios.solution import LIPS
+from scenarios.solution import LIPS, Increment, Model
 from scenarios.spec import library_names, read_scenario
 
 COLUMNS = (
@@ -41,11 +46,45 @@ COLUMNS = (
     "least log strain",
     "largest log strain",
     "von Mises, kPa",
+    "least log strain, disc",
+    "largest log strain, disc",
+    "von Mises, disc, kPa",
 )
+
+DISC_RADIUS_MM = 0.25
+"""Of the discs over which strain and stress are averaged."""
+
+
+class DiscMeans:
+    """Largest means of the dermis' strain and stress over discs, so far in a sip."""
+
+    _SIGNED = (("log_strain_min", -1.0), ("log_strain_max", 1.0), ("von_mises_mpa", 1e3))
+
+    def __init__(self) -> None:
+        self.values = [0.0] * len(self._SIGNED)
+
+    def model(self, model: Model) -> None:
+        """Look up which triangles' centroids lie in the disc around each triangle's."""
+        names = np.array(model.region_names)
+        self._dermis = np.flatnonzero(np.char.endswith(names[model.region], "dermis"))
+        corners = model.nodes[model.triangles[self._dermis, :3]]
+        area = 0.5 * np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
+        near = cKDTree(corners.mean(axis=1))
+        pairs = near.sparse_distance_matrix(near, DISC_RADIUS_MM, output_type="coo_matrix")
+        inside = sp.csr_matrix(
+            (area[pairs.col], (pairs.row, pairs.col)), shape=(len(area), len(area))
+        )
+        self._mean = sp.diags(1.0 / inside.sum(axis=1).A1) @ inside
+
+    def increment(self, increment: Increment) -> None:
+        """Take note of an increment's means."""
+        for k, (name, sign) in enumerate(self._SIGNED):
+            field: NDArray[np.float64] = sign * increment.element[name][self._dermis]
+            self.values[k] = max(self.values[k], float((self._mean @ field).max()))
 
 
 def outputs(rows: list[dict[str, float]]) -> list[float]:
-    """Return each of ``COLUMNS`` for the lines of a sip's history."""
+    """Return the first of ``COLUMNS``, all but those of discs, for a sip's history."""
     time_s = np.array([row["time_s"] for row in rows])
 
     def top(*names: str) -> float:
@@ -76,12 +115,16 @@ def measured(
     """Replay once, print a row and return its values."""
     scenario = read_scenario(name, [f"solver.resolution={resolution}"]).with_motion(motion)
     rows: list[dict[str, float]] = []
+    discs = DiscMeans()
+
+    def keep(increment: Increment) -> None:
+        rows.append(increment.row())
+        discs.increment(increment)
+
     began, started = time.perf_counter(), time.process_time()
-    outcome = replay(
-        scenario, on_increment=lambda increment: rows.append(increment.row()), steps=steps
-    )
+    outcome = replay(scenario, on_model=discs.model, on_increment=keep, steps=steps)
     wall, seconds = time.perf_counter() - began, time.process_time() - started
-    values = outputs(rows)
+    values = [*outputs(rows), *discs.values]
     iterations = int(sum(row["newton_iterations"] for row in rows))
     size = outcome.about["elements"]
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -2,11 +2,11 @@
 
 Equilibrium is written at the end of a step, ``M ((1 − α) a₁ + α a₀) + C v₁ + f(u₁) = 0`` (Wood,
 Bossak and Zienkiewicz 1980), with Newmark's relations between displacement, velocity and
-acceleration. One number steers the damping: the spectral radius ``ρ`` at infinite frequency, 1 for none, 0 for
-the most; ``α = (ρ − 1)/(ρ + 1)``, ``γ = ½ − α``, ``β = (1 − α)²/4`` keep second-order accuracy and
-unconditional stability; without mass and with ρ = 0 they are the two-step backward differences of
-``C v + f(u) = 0``. Contact forces are taken at the end of the step and nowhere else, so a force
-never acts on a gap that is open.
+acceleration. One number steers the damping: the spectral radius ``ρ`` at infinite frequency, 1 for
+none, 0 for the most; ``α = (ρ − 1)/(ρ + 1)``, ``γ = ½ − α``, ``β = (1 − α)²/4`` keep second-order
+accuracy and unconditional stability; without mass and with ρ = 0 they are the two-step backward
+differences of ``C v + f(u) = 0``. Contact forces are taken at the end of the step and nowhere
+else, so a force never acts on a gap that is open.
 """
 
 from __future__ import annotations
