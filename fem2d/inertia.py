@@ -83,34 +83,36 @@ class Inertia:
 
     def pull(self, state: State, duration_s: float) -> tuple[float, Array]:
         """Return ``(c, û)``: the inertial force at the end of the step is ``M c (u − û)``."""
-        beta, alpha = self.beta, self.alpha
-        free = (
-            state.displacement
-            + duration_s * state.velocity
-            + duration_s**2 * (0.5 - beta) * state.acceleration
-        )
-        scale = (1 - alpha) / (beta * duration_s**2)
-        return scale, free - alpha / scale * state.acceleration
+        scale = self._by_acceleration(duration_s)
+        return scale, self._coasted(state, duration_s) - self.alpha / scale * state.acceleration
 
     def resistance(self, mass: Array, viscosity: Array, duration_s: float) -> Array:
         """Return the derivative of inertial and viscous force by the displacement, N/mm.
 
         Entry by entry of the matrices ``mass``, tonnes, and ``viscosity``, N s/mm.
         """
-        by_acceleration = (1 - self.alpha) / (self.beta * duration_s**2)
         by_velocity = self.gamma / (self.beta * duration_s)
-        resistance: Array = by_acceleration * mass + by_velocity * viscosity
+        resistance: Array = self._by_acceleration(duration_s) * mass + by_velocity * viscosity
         return resistance
 
     def rates(self, state: State, displacement: Array, duration_s: float) -> tuple[Array, Array]:
         """Return velocity and acceleration (n, 2) at the end of a step to ``displacement``."""
-        free = (
-            state.displacement
-            + duration_s * state.velocity
-            + duration_s**2 * (0.5 - self.beta) * state.acceleration
-        )
-        acceleration = (displacement - free) / (self.beta * duration_s**2)
+        coasted = self._coasted(state, duration_s)
+        acceleration = (displacement - coasted) / (self.beta * duration_s**2)
         velocity = state.velocity + duration_s * (
             (1 - self.gamma) * state.acceleration + self.gamma * acceleration
         )
         return velocity, acceleration
+
+    def _by_acceleration(self, duration_s: float) -> float:
+        """Return the derivative of the inertial force by ``M`` times the displacement, 1/s²."""
+        return (1 - self.alpha) / (self.beta * duration_s**2)
+
+    def _coasted(self, state: State, duration_s: float) -> Array:
+        """Return where Newmark's relation leads (n, 2) with no acceleration at the end, mm."""
+        coasted: Array = (
+            state.displacement
+            + duration_s * state.velocity
+            + duration_s**2 * (0.5 - self.beta) * state.acceleration
+        )
+        return coasted

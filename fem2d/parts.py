@@ -48,7 +48,8 @@ class FoldOfPart:
 
     def history(self, whole: TissueHistory) -> TissueHistory:
         """Return what the piece remembers of it; anchors on other pieces are forgotten."""
-        here = self.number[whole.edge] != ELSEWHERE
+        edges = self.number != ELSEWHERE
+        here = edges[whole.edge]
         anchored = whole.anchor[here]
         return TissueHistory(
             self.number[whole.edge[here]],
@@ -57,8 +58,8 @@ class FoldOfPart:
             np.where(anchored == NONE, NONE, self.number[anchored]),
             whole.anchor_local[here],
             whole.traction[here],
-            whole.places[self.number != ELSEWHERE],
-            whole.depth[self.number != ELSEWHERE],
+            whole.places[edges],
+            whole.depth[edges],
         )
 
 

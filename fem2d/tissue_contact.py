@@ -607,10 +607,9 @@ def _nearest(
     """Return edge, local coordinate and gap of what a ray meets nearest to its point, if any."""
     met, met_local, gap = NONE, 0.0, np.inf
     tx, ty = -ny, nx
+    behind = BEHIND_MM + depth
     for at in range(near_count):
         e = near[at]
-        if _form_tip(sides.edges, before, e, home):
-            continue
         x0, y0 = deformed[e, 0, 0] - x, deformed[e, 0, 1] - y
         x1, y1 = deformed[e, 1, 0] - x, deformed[e, 1, 1] - y
         c0, c1 = x0 * tx + y0 * ty, x1 * tx + y1 * ty
@@ -630,9 +629,8 @@ def _nearest(
                 continue
             ax, ay = d0 * x0 + d1 * x1 + dm * xm, d0 * y0 + d1 * y1 + dm * ym
             facing = (ay * nx - ax * ny) / np.hypot(ax, ay)
-            if facing >= FACING_COSINE:
+            if facing >= FACING_COSINE or _form_tip(sides.edges, before, e, home):
                 continue
-            behind = BEHIND_MM + depth
             if g < -behind and _distance_before(before, home, local, e, xi) < -behind:
                 continue
             met, met_local, gap = e, xi, g

@@ -38,8 +38,16 @@ def matrices(system):
     return system.mass.toarray(), system.viscosity.toarray(), stiffness
 
 
+def driven(slope, drive):
+    """What ``y′ = slope y + t³ drive`` has made of nothing at the end, with tight tolerances."""
+    return solve_ivp(
+        lambda t, y: slope @ y + t**3 * drive, (0, END_S), np.zeros(len(drive)),
+        method="Radau", jac=slope, rtol=1e-9, atol=1e-16,
+    ).y[:, -1]  # fmt: skip
+
+
 def exact(system):
-    """The displacement (2n,) at the end: the linear equations with tight tolerances."""
+    """The displacement (2n,) at the end: the linear equations solved exactly."""
     mass, viscosity, stiffness = matrices(system)
     count = len(stiffness)
     if not mass.any():
@@ -48,23 +56,15 @@ def exact(system):
         damper, spring = (m[np.ix_(free, free)] for m in (viscosity, stiffness))
         slope = -np.linalg.solve(damper, spring)
         drive = np.linalg.solve(damper, system.load(1.0)[free])
-        solved = solve_ivp(
-            lambda t, u: slope @ u + t**3 * drive, (0, END_S), np.zeros(len(free)),
-            method="Radau", jac=slope, rtol=1e-9, atol=1e-16,
-        )  # fmt: skip
         result = np.zeros(count)
-        result[free] = solved.y[:, -1]
+        result[free] = driven(slope, drive)
         return result
     inverse = np.linalg.inv(mass)
     slope = np.block(
         [[np.zeros_like(mass), np.eye(count)], [-inverse @ stiffness, -inverse @ viscosity]]
     )
     drive = np.concatenate([np.zeros(count), inverse @ system.load(1.0)])
-    solved = solve_ivp(
-        lambda t, state: slope @ state + t**3 * drive, (0, END_S), np.zeros(2 * count),
-        method="Radau", jac=slope, rtol=1e-9, atol=1e-16,
-    )  # fmt: skip
-    return solved.y[:count, -1]
+    return driven(slope, drive)[:count]
 
 
 def integrated(system, step_s, uneven):
