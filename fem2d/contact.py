@@ -132,6 +132,12 @@ class RigidContact:
     def _box(self) -> Array:
         return np.array(self.outline.box)
 
+    @cached_property
+    def _allowance(self) -> Array:
+        """(m q,) penetration up to which each point bears nothing, mm."""
+        each = np.where(self.surface.is_between, self.normal.allowance_mm, 0.0)
+        return np.tile(each, len(self.surface.edges))
+
     def initial_history(self, displacement: Array, placement: RigidPlacement) -> ContactHistory:
         """Return the history of a surface on which no friction acts yet."""
         position = placement.pull_back(self.surface.positions(displacement))
@@ -155,6 +161,7 @@ class RigidContact:
             self.outline.centre,
             self.outline.breaks,
             self._box,
+            self._allowance,
         )
         return replace(history, body_position=met.reshape(history.body_position.shape))
 
@@ -178,6 +185,7 @@ class RigidContact:
             self._box,
             self.normal.stiffness_mpa_per_mm,
             self.normal.ramp_mm,
+            self._allowance,
             self.friction.coefficient,
             self.friction.stiffness_mpa_per_mm,
         )
@@ -272,6 +280,7 @@ def _where_met(
     centre: Array,
     breaks: Array,
     box: Array,
+    allowance: Array,
 ) -> Array:
     """Return where points (n, 2) that go straight from ``before`` to ``after`` enter the outline.
 
@@ -283,10 +292,10 @@ def _where_met(
         end_x, end_y = after[i, 0], after[i, 1]
         if end_x < box[0] or end_x > box[2] or end_y < box[1] or end_y > box[3]:
             continue
-        end = project_point(end_x, end_y, start, curvature, centre, breaks)[0]
+        end = project_point(end_x, end_y, start, curvature, centre, breaks)[0] + allowance[i]
         if end >= 0.0:
             continue
-        beginning = project_point(x, y, start, curvature, centre, breaks)[0]
+        beginning = project_point(x, y, start, curvature, centre, breaks)[0] + allowance[i]
         if beginning <= 0.0:
             continue
         outside, gap_outside, inside, gap_inside = 0.0, beginning, 1.0, end
@@ -294,6 +303,7 @@ def _where_met(
             share = outside + (inside - outside) * gap_outside / (gap_outside - gap_inside)
             met[i, 0], met[i, 1] = x + share * (end_x - x), y + share * (end_y - y)
             gap = project_point(met[i, 0], met[i, 1], start, curvature, centre, breaks)[0]
+            gap += allowance[i]
             if gap > 0.0:
                 outside, gap_outside = share, gap
             else:
@@ -316,6 +326,7 @@ def _evaluate(
     box: Array,
     normal_stiffness: float,
     ramp: float,
+    allowance: Array,
     coefficient: float,
     tangential_stiffness: float,
 ) -> tuple[NDArray[Any], ...]:
@@ -357,7 +368,7 @@ def _evaluate(
         )
         gap[i] = g
         normal[i, 0], normal[i, 1] = nx, ny
-        psi, p, dp = pressure_of_gap(g, normal_stiffness, ramp)
+        psi, p, dp = pressure_of_gap(g + allowance[i], normal_stiffness, ramp)
         if p == 0.0:
             continue
         energy[i] = psi

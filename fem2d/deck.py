@@ -9,8 +9,8 @@ What the decks approximate:
 
 * ties: grounded springs at the nodes, each with its share of the layer's stiffness, where the layer
   itself is integrated along the edges;
-* normal contact: the linear pressure-overclosure of the penalty, without its ramp of some
-  micrometres; friction sticks with Abaqus' own elastic slip;
+* normal contact: the penalty's pressure against overclosure in straight pieces; friction sticks
+  with Abaqus' own elastic slip;
 * relaxation: stiffness-proportional damping;
 * the motion: straight lines between instants `AMPLITUDE_STEP_S` apart.
 
@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from fem2d.body import Body
 from fem2d.contact import RigidContact
+from fem2d.friction import NormalLaw, pressure_of_gap
 from fem2d.kinematics import Plane
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.material import Material
@@ -47,6 +48,7 @@ AMPLITUDE_STEP_S = 0.01
 AMPLITUDES = ("MOVE_U1", "MOVE_U2", "MOVE_UR3")
 LONGEST_ARC_RAD = np.deg2rad(150.0)
 """Abaqus wants arcs below half a circle."""
+RAMP_PIECES = 8
 FACES = ("S1", "S2", "S3")
 """Faces of a triangle: nodes 1-2, 2-3, 3-1."""
 CARD_WIDTH = 8
@@ -358,10 +360,18 @@ def _contacts(system: System) -> Iterator[str]:
         yield f"{body.thickness_mm:.12g}"
         yield "*FRICTION"
         yield f"{friction.coefficient:.12g}"
-        yield "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR"
-        yield f"{normal.stiffness_mpa_per_mm:.12g}"
+        yield "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR"
+        yield from _pressure_overclosure(normal)
         yield f"*CONTACT PAIR, INTERACTION=INTERACTION_{number}, TYPE=SURFACE TO SURFACE"
         yield f"{name}, {other}"
+
+
+def _pressure_overclosure(law: NormalLaw) -> Iterator[str]:
+    """Yield pressure against overclosure: the ramp in pieces, and a line that goes on for ever."""
+    ramp = law.ramp_mm
+    for overclosure in (*np.linspace(0.0, ramp, RAMP_PIECES + 1), 2.0 * ramp):
+        _, pressure, _ = pressure_of_gap(-float(overclosure), law.stiffness_mpa_per_mm, law.ramp_mm)
+        yield f"{pressure:.12g}, {overclosure:.12g}"
 
 
 def _amplitudes(motion: RigidMotion, start_s: float, end_s: float) -> Iterator[str]:

@@ -29,14 +29,21 @@ class NormalLaw:
         ε, MPa/mm.
     ramp_mm
         δ, mm: over this penetration the stiffness rises from nothing to ε.
+    allowance_mm
+        Penetration, mm, up to which a point between nodes bears nothing (`Surface.between_nodes`);
+        from there on the law is the same.
     """
 
     stiffness_mpa_per_mm: float = field(
-        default=50.0, metadata={"unit": "MPa/mm", "help": "normal penalty stiffness"}
+        default=100.0, metadata={"unit": "MPa/mm", "help": "normal penalty stiffness"}
     )
     ramp_mm: float = field(
-        default=0.002,
+        default=0.004,
         metadata={"unit": "mm", "help": "penetration over which the penalty sets in"},
+    )
+    allowance_mm: float = field(
+        default=0.0025,
+        metadata={"unit": "mm", "help": "penetration between nodes that bears nothing"},
     )
 
     def __post_init__(self) -> None:
@@ -44,6 +51,10 @@ class NormalLaw:
             raise ContactLawError(
                 f"normal contact needs a positive stiffness and ramp, not "
                 f"{self.stiffness_mpa_per_mm} MPa/mm and {self.ramp_mm} mm"
+            )
+        if not self.allowance_mm >= 0:
+            raise ContactLawError(
+                f"normal contact allows {self.allowance_mm} mm between nodes: give 0 or more"
             )
 
 

@@ -58,6 +58,10 @@ class Surface:
         a point of both. A stiff contact penalty at Gauss points constrains an edge of three nodes
         three times, while the boundary has two unknowns an edge along its normal: pressures
         alternate. At nodes there is one constraint to an unknown.
+    between_nodes
+        With ``at_nodes``, how many further points lie between neighbouring nodes of an edge, evenly
+        spread. They stop an edge that sinks over a corner of the outline and bear no pressure
+        where the nodes do (`NormalLaw.allowance_mm`).
     """
 
     edges: Index
@@ -66,12 +70,15 @@ class Surface:
     points_per_edge: int = 4
     axisymmetric: bool = False
     at_nodes: bool = False
+    between_nodes: int = 0
+    is_between: NDArray[np.bool_] = field(init=False, repr=False, compare=False)
+    """(q,) which points lie between nodes in addition to those at the nodes."""
     shape: Array = field(init=False, repr=False, compare=False)
     """(q, k) shape functions at the points of an edge."""
     slope: Array = field(init=False, repr=False, compare=False)
     """(q, k) their derivatives with respect to the local coordinate."""
     weight: Array = field(init=False, repr=False, compare=False)
-    """(m, q) reference area of each point, mm²."""
+    """(m, q) reference area of each point, mm²; points between nodes have theirs in addition."""
     reference_speed: Array = field(init=False, repr=False, compare=False)
     """(m, q) reference length per local coordinate, mm."""
     arc_length: Array = field(init=False, repr=False, compare=False)
@@ -82,18 +89,24 @@ class Surface:
             raise SurfaceError(
                 f"edges of shape {self.edges.shape} carry no contact: give (m, 2) or (m, 3)"
             )
+        if self.between_nodes and not self.at_nodes:
+            raise SurfaceError("points between nodes go with points at nodes: set at_nodes too")
         if self.at_nodes:
-            local, local_weight = NODAL_RULES[self.edges.shape[1]]
+            local, local_weight, between = _with_points_between(
+                *NODAL_RULES[self.edges.shape[1]], self.between_nodes
+            )
         else:
             local, local_weight = np.polynomial.legendre.leggauss(self.points_per_edge)
             local, local_weight = 0.5 * (local + 1), 0.5 * local_weight
+            between = np.zeros(self.points_per_edge, np.bool_)
         shape, slope = edge_shapes(self.edges.shape[1], local)
         speed = np.linalg.norm(np.einsum("qk,mkc->mqc", slope, self.nodes[self.edges]), axis=-1)
-        length = speed @ local_weight
+        length = speed @ np.where(between, 0.0, local_weight)
         start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
         radius = np.einsum("qk,mk->mq", shape, self.nodes[self.edges][..., 0])
         depth = 2 * np.pi * radius if self.axisymmetric else self.thickness_mm
         for name, value in (
+            ("is_between", between),
             ("shape", shape),
             ("slope", slope),
             ("reference_speed", speed),
@@ -121,6 +134,17 @@ class Surface:
         ratio: Array = speed / self.reference_speed
         return ratio
 
+    def nodal(self, values: Array) -> Array:
+        """Return those of the values (m, q) at points that are nodes: (m, k) along each edge."""
+        chosen: Array = values[:, ~self.is_between]
+        return chosen
+
+    def carried(self, density: Array) -> Array:
+        """Return what each node carries of a load (m, q) per area: (m, k) along each edge."""
+        along = [0, 2, 1] if self.edges.shape[1] == 3 else [0, 1]
+        shares: Array = (self.weight * density) @ self.shape[:, along]
+        return shares
+
     def assembled_force(self, traction: Array, edges: Index | None = None) -> tuple[Index, Array]:
         """Return degrees of freedom and nodal forces, N, (j, 2k) of tractions (j, q, 2), MPa.
 
@@ -138,3 +162,19 @@ class Surface:
         block = np.swapaxes(weighted, 1, 2) @ pairs
         ordered: Array = block.reshape(count, 2, 2, nodes, nodes).transpose(0, 3, 1, 4, 2)
         return ordered.reshape(count, 2 * nodes, 2 * nodes)
+
+
+def _with_points_between(
+    local: Array, weight: Array, count: int
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return points and weights with ``count`` more points in every interval, and which these are.
+
+    They integrate nothing: each is there in case that it alone has to hold its interval.
+    """
+    share = np.arange(count + 1) / (count + 1)
+    interval = np.diff(local)
+    every = np.append((local[:-1, None] + share * interval[:, None]).ravel(), local[-1])
+    between = np.arange(every.size) % (count + 1) > 0
+    weights = np.repeat(np.append(interval, 0.0), count + 1)[: every.size]
+    weights[~between] = weight
+    return every, weights, between

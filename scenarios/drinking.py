@@ -230,6 +230,7 @@ class _Diary:
         self._start_s, self._end_s = start_s, end_s
         self._head_angle_rad = head_angle_rad
         body = lips.body
+        self._skin = {lip: lips.free_surface(lip) for lip in LIPS}
         self._dermis = np.concatenate([body.elements_of(f"{lip}_dermis") for lip in LIPS])
         self._extremes = dict.fromkeys(_EXTREMES, 0.0)
         self._unstable: tuple[Passage, ...] = ()
@@ -344,16 +345,15 @@ class _Diary:
         ]
 
     def _line(self, lip: str, commit: Commit) -> ContactLine:
-        pairs = self._pairs(lip, commit)
-        surface = pairs[0][0].surface
-        reference = surface.weight / surface.thickness_mm
-        pressure = np.sum([touch.points.pressure for _, touch in pairs], axis=0)
-        length = reference * surface.stretch(commit.state.displacement)
-        position = surface.positions(commit.state.displacement).reshape(-1, 2)
+        pairs, skin = self._pairs(lip, commit), self._skin[lip]
+        load = np.sum([p.surface.carried(t.points.pressure) for p, t in pairs], axis=0)
+        length = skin.weight * skin.stretch(commit.state.displacement)
+        position = pairs[0][0].surface.positions(commit.state.displacement).reshape(-1, 2)
         steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
-        place = np.concatenate([[0.0], np.cumsum(steps)]).reshape(length.shape)
         gap = np.min([touch.points.gap for _, touch in pairs], axis=0)
-        return ContactLine(pressure * reference, length, place, gap)
+        place = np.concatenate([[0.0], np.cumsum(steps)]).reshape(gap.shape)
+        thickness = skin.thickness_mm
+        return ContactLine(load / thickness, length / thickness, place, gap)
 
     def _force_on_neck(self, lip: str, commit: Commit) -> Array:
         force = np.zeros(2)
@@ -362,23 +362,23 @@ class _Diary:
         return force
 
     def _field(self, lip: str, commit: Commit) -> ContactField:
-        pairs = self._pairs(lip, commit)
-        surface = pairs[0][0].surface
-        reference = surface.weight
-        deformed = reference * surface.stretch(commit.state.displacement)
-        nearest = np.argmin([touch.points.gap for _, touch in pairs], axis=0)
+        pairs, skin = self._pairs(lip, commit), self._skin[lip]
+        deformed = skin.weight * skin.stretch(commit.state.displacement)
+        gaps = [pair.surface.nodal(touch.points.gap) for pair, touch in pairs]
+        nearest = np.argmin(gaps, axis=0)
 
         def chosen(name: str) -> Array:
-            values = np.stack([getattr(touch.points, name) for _, touch in pairs])
+            values = np.stack([p.surface.nodal(getattr(t.points, name)) for p, t in pairs])
             taken: Array = np.take_along_axis(values, nearest[None], axis=0)[0]
             return taken
 
         # A node that two edges share is a point of both and carries what both give it.
-        place, first, node = np.unique(surface.arc_length, return_index=True, return_inverse=True)
+        place, first, node = np.unique(skin.arc_length, return_index=True, return_inverse=True)
 
         def traction(name: str) -> Array:
+            carried = [p.surface.carried(getattr(t.points, name)) for p, t in pairs]
             force = np.zeros(len(place))
-            np.add.at(force, node.ravel(), (chosen(name) * reference).ravel())
+            np.add.at(force, node.ravel(), np.sum(carried, axis=0).ravel())
             return recovered_traction(force, deformed.sum(axis=1))
 
         pressure = traction("pressure")

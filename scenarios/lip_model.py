@@ -36,6 +36,10 @@ BONE_STIFFNESS_MPA_PER_MM = 1.0
 FOLD_REACH_MM = 0.5
 """How far from a skin another part of skin is looked for: far more than any penetration."""
 
+POINTS_BETWEEN_NODES = 2
+"""In each half of an edge, where contact is looked for too: edges of up to 0.4 mm then sink over
+corners with that radius by less than 0.005 mm (docs/contact.md)."""
+
 TISSUE = Inertia(density_tonne_per_mm3=1e-9, spectral_radius=0.0, relaxation_s=0.02)
 """Soft tissue's own density, and a relaxation time that is short against a sip of seconds: what
 snaps back or starts to slip then takes a moment, not none (docs/solver.md has the convergence)."""
@@ -150,13 +154,14 @@ class Lips:
         inner_first = inner[-1, 1] == skin[0, 0]
         return np.concatenate([inner, skin] if inner_first else [skin, inner])
 
-    def free_surface(self, lip: str, *, at_nodes: bool = True) -> Surface:
+    def free_surface(self, lip: str, *, at_nodes: bool = True, between_nodes: int = 0) -> Surface:
         """Return the surface of a lip that may touch, by default with its nodes as points."""
         return Surface(
             self.free_edges(lip),
             self.body.nodes,
             self.scenario.solver.thickness_mm,
             at_nodes=at_nodes,
+            between_nodes=between_nodes,
         )
 
     @cached_property
@@ -165,7 +170,9 @@ class Lips:
         contact = self.scenario.contact
         normal = NormalLaw()
         neck, teeth = FrictionLaw(contact.friction), FrictionLaw(contact.teeth_friction)
-        surfaces = {lip: self.free_surface(lip) for lip in self.present}
+        surfaces = {
+            lip: self.free_surface(lip, between_nodes=POINTS_BETWEEN_NODES) for lip in self.present
+        }
         on_walls = [
             RigidContact(f"{lip} lip on {wall}", surface, getattr(self.neck, wall), normal, neck)
             for lip, surface in surfaces.items()

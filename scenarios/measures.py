@@ -20,18 +20,18 @@ place where surfaces part by less than that converges slowly with the mesh (docs
 
 @dataclass(frozen=True)
 class ContactLine:
-    """Load and gap along a surface: edges with integration points, in order along the surface.
+    """Load and gap along a surface, edges and points in order along it.
 
     Attributes
     ----------
     load
-        (m, q) normal force per thickness that each point carries, N/mm.
+        (m, k) normal force per thickness that each node of an edge carries, N/mm.
     length
-        (m, q) deformed length that each point stands for, mm.
+        (m, k) deformed length that each node stands for, mm.
     place
-        (m, q) where each point lies along the deformed surface, mm, ascending.
+        (m, q) where each point that may touch lies along the deformed surface, mm, ascending.
     gap
-        (m, q) distance of each point to the neck, mm, negative where it bears load.
+        (m, q) distance of each of these points to the neck, mm, negative where it bears load.
     """
 
     load: Array
@@ -50,7 +50,7 @@ class ContactLine:
     def highest_window(self, window_mm: float = WINDOW_MM) -> float:
         """Return the highest mean pressure, MPa, over any ``window_mm`` of the deformed surface.
 
-        The pressure is constant over the length that a point stands for, so the load up to a place
+        The pressure is constant over the length that a node stands for, so the load up to a place
         is piecewise linear and the highest window starts or ends where two points meet.
         """
         ends = np.concatenate([[0.0], np.cumsum(self.length.ravel())])

@@ -19,7 +19,11 @@ THREADED = Outline.from_corners(
 PLACEMENT = RigidPlacement(0.37, (1.5, -2.2))
 
 
-def pair(coefficient: float, edge_nodes: int = 3) -> RigidContact:
+GAUSS = {"points_per_edge": 4}
+WATCHED = {"at_nodes": True, "between_nodes": 2}
+
+
+def pair(coefficient: float, edge_nodes: int = 3, points: dict = GAUSS) -> RigidContact:
     """A surface that lies close along the threads, seen from above."""
     x = np.linspace(11.5, 0.5, 41)
     arc = THREADED.sampled(0.01)
@@ -34,9 +38,9 @@ def pair(coefficient: float, edge_nodes: int = 3) -> RigidContact:
         edges = np.column_stack([np.arange(count - 1), np.arange(1, count)])
     return RigidContact(
         "tissue on threads",
-        Surface(edges, nodes, thickness_mm=1.3),
+        Surface(edges, nodes, thickness_mm=1.3, **points),
         THREADED,
-        NormalLaw(stiffness_mpa_per_mm=20.0, ramp_mm=0.05),
+        NormalLaw(stiffness_mpa_per_mm=20.0, ramp_mm=0.05, allowance_mm=0.01),
         FrictionLaw(coefficient=coefficient, stiffness_mpa_per_mm=3.0),
     )
 
@@ -57,10 +61,11 @@ def total_force(contact, displacement, history, placement=PLACEMENT):
     return force, response
 
 
+@pytest.mark.parametrize("points", [GAUSS, WATCHED])
 @pytest.mark.parametrize("edge_nodes", [2, 3])
 @pytest.mark.parametrize(("coefficient", "state"), [(0.0, "none"), (0.2, "slip"), (50.0, "stick")])
-def test_stiffness_is_the_derivative_of_the_force(coefficient, state, edge_nodes):
-    contact = pair(min(coefficient, 10.0), edge_nodes)
+def test_stiffness_is_the_derivative_of_the_force(coefficient, state, edge_nodes, points):
+    contact = pair(min(coefficient, 10.0), edge_nodes, points)
     displacement, history = pressed(contact, 3)
     _, response = total_force(contact, displacement, history)
     touching = response.points.pressure > 0
@@ -87,8 +92,9 @@ def test_stiffness_is_the_derivative_of_the_force(coefficient, state, edge_nodes
     np.testing.assert_allclose(stiffness, numeric, atol=2e-6 * np.abs(stiffness).max())
 
 
-def test_force_is_minus_the_derivative_of_the_penalty_energy():
-    contact = pair(0.0)
+@pytest.mark.parametrize("points", [GAUSS, WATCHED])
+def test_force_is_minus_the_derivative_of_the_penalty_energy(points):
+    contact = pair(0.0, points=points)
     displacement, history = pressed(contact, 5)
     force, _ = total_force(contact, displacement, history)
     assert np.abs(force).max() > 0.01
@@ -184,3 +190,30 @@ def test_friction_follows_stiffness_until_the_bound(before, slip, pressure, mu):
     else:
         assert traction == trial
         assert by_slip == -2.0
+
+
+def test_a_point_between_nodes_bears_nothing_up_to_the_allowance_and_then_the_law():
+    contact = pair(0.7, points=WATCHED)
+    displacement, history = pressed(contact, 13)
+    _, response = total_force(contact, displacement, history)
+    between = contact.surface.is_between
+    gap, pressure = response.points.gap[:, between], response.points.pressure[:, between]
+    spared = (gap < 0) & (gap > -0.01)
+    assert spared.sum() > 3 and (gap < -0.02).sum() > 3
+    law = [pressure_of_gap(g + 0.01, 20.0, 0.05)[1] for g in gap.ravel()]
+    np.testing.assert_allclose(pressure.ravel(), law, atol=1e-15)
+    assert not pressure[spared].any()
+
+
+def test_every_point_starts_to_stick_where_it_begins_to_bear():
+    contact = pair(0.7, points=WATCHED)
+    nodes = contact.surface.nodes
+    above = np.zeros_like(nodes) + PLACEMENT.apply([[0, 0.03]]) - PLACEMENT.apply([[0, 0]])
+    below = PLACEMENT.apply([[0.01, -0.05]]) - PLACEMENT.apply([[0, 0]]) + np.zeros_like(nodes)
+    start = contact.initial_history(above, PLACEMENT)
+    met = contact.reached(start, below, PLACEMENT)
+    changed = np.any(met.body_position != start.body_position, axis=-1)
+    assert changed[:, contact.surface.is_between].sum() > 20
+    where = THREADED.project(met.body_position.reshape(-1, 2)).distance.reshape(changed.shape)
+    begins = np.where(contact.surface.is_between, -0.01, 0.0) + np.zeros(changed.shape)
+    np.testing.assert_allclose(where[changed], begins[changed], atol=1e-4)

@@ -11,7 +11,7 @@ from section_bodies import distorted
 from fem2d.body import Body
 from fem2d.contact import RigidContact
 from fem2d.deck import DeckError, abaqus_deck
-from fem2d.friction import FrictionLaw, NormalLaw
+from fem2d.friction import FrictionLaw, NormalLaw, pressure_of_gap
 from fem2d.inertia import Inertia
 from fem2d.kinematics import Plane
 from fem2d.load import Amplitude, DeadLoad
@@ -36,6 +36,7 @@ MOTION = RigidMotion(
         [5.0 + np.linspace(0, 2, 9) ** 2, np.cos(np.linspace(0, 2, 9))]
     )
 )  # fmt: skip
+RAMP_MM = 0.003
 START, END = 0.3, 1.7
 
 
@@ -76,7 +77,7 @@ def system(plane: Plane = Plane.STRESS, *, left=SOFT, right=OGDEN, **tie) -> Sys
     top, bottom, side = (
         Surface(body.edges(name), body.nodes, 2.0) for name in ("top", "bottom", "outer")
     )
-    normal = NormalLaw(stiffness_mpa_per_mm=25.0)
+    normal = NormalLaw(stiffness_mpa_per_mm=25.0, ramp_mm=RAMP_MM)
     return System(
         body,
         (
@@ -245,10 +246,16 @@ def test_contact_pairs_have_their_friction(deck: list[Card]) -> None:
     friction = {}
     for k, card in enumerate(deck):
         if card.keyword == "SURFACE INTERACTION":
-            thickness, coefficient, stiffness, pair = (c.rows[0] for c in deck[k : k + 4])
-            assert deck[k + 3].options["INTERACTION"] == card.options["NAME"]
-            assert (thickness, stiffness) == (["2"], ["25"])
-            friction[tuple(pair)] = float(coefficient[0])
+            thickness, coefficient, pressures, pair = deck[k : k + 4]
+            assert pair.options["INTERACTION"] == card.options["NAME"]
+            assert thickness.rows[0] == ["2"]
+            assert pressures.options["PRESSURE-OVERCLOSURE"] == "TABULAR"
+            table = pressures.numbers().reshape(-1, 2)
+            assert table[0].tolist() == [0, 0]
+            np.testing.assert_allclose(np.diff(table[-2:], axis=0)[0] @ [1, -25], 0, atol=1e-12)
+            law = [pressure_of_gap(-overclosure, 25.0, RAMP_MM)[1] for _, overclosure in table]
+            np.testing.assert_allclose(table[:, 0], law, rtol=1e-12)
+            friction[tuple(pair.rows[0])] = float(coefficient.numbers()[0])
     assert friction == {
         ("TOP_FACES", "UPPER_WALL"): 1.0,
         ("OUTER_FACES", "UPPER_WALL"): 0.5,

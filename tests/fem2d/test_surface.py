@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from fem2d.contact import RigidContact
 from fem2d.friction import FrictionLaw, NormalLaw
-from fem2d.surface import Surface
+from fem2d.surface import Surface, SurfaceError
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidPlacement
 
@@ -42,6 +45,41 @@ def test_a_uniform_traction_at_nodes_gives_the_forces_that_gauss_points_give():
         np.add.at(force, dofs, nodal)
         forces.append(force)
     np.testing.assert_allclose(forces[0], forces[1], rtol=1e-13)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+@pytest.mark.parametrize("edges", [TWO_QUADRATIC, TWO_QUADRATIC[:, :2]])
+def test_points_between_nodes_leave_the_nodes_as_they_are(edges, count):
+    nodal = Surface(edges, STRAIGHT, thickness_mm=3.0, at_nodes=True)
+    surface = Surface(edges, STRAIGHT, thickness_mm=3.0, at_nodes=True, between_nodes=count)
+    intervals = edges.shape[1] - 1
+    assert surface.is_between.sum() == count * intervals
+    assert np.all(np.diff(surface.arc_length[0]) == pytest.approx(2.0 / intervals / (count + 1)))
+    for name in ("weight", "arc_length", "reference_speed"):
+        np.testing.assert_array_equal(surface.nodal(getattr(surface, name)), getattr(nodal, name))
+
+
+@given(
+    between=st.integers(0, 3),
+    density=arrays(float, (2, 7), elements=st.floats(-1, 1)),
+)
+def test_what_nodes_carry_are_the_nodal_forces_and_add_up_to_the_load(between, density):
+    surface = Surface(
+        TWO_QUADRATIC, STRAIGHT, thickness_mm=1.7, at_nodes=True, between_nodes=between
+    )
+    load = density[:, : surface.is_between.size]
+    load = np.pad(load, [(0, 0), (0, surface.is_between.size - load.shape[1])])
+    carried = surface.carried(load)
+    upwards = np.stack([np.zeros_like(load), load], axis=-1)
+    _, force = surface.assembled_force(upwards)
+    first, last, middle = force.reshape(2, 3, 2)[..., 1].T
+    np.testing.assert_allclose(carried, np.column_stack([first, middle, last]), atol=1e-14)
+    assert carried.sum() == pytest.approx((surface.weight * load).sum(), abs=1e-13)
+
+
+def test_points_between_nodes_need_points_at_nodes():
+    with pytest.raises(SurfaceError, match="set at_nodes too"):
+        Surface(TWO_QUADRATIC, STRAIGHT, between_nodes=2)
 
 
 @pytest.mark.parametrize("away_mm", [0.0, 0.04, 0.3, 5.0])

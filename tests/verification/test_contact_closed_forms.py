@@ -94,17 +94,20 @@ def pressed_by_crest(edge, *, aside=0.0, **points):
         element="T6",
     )
     top = Surface(body.edges("top"), body.nodes, **points)
-    crest = Outline.from_corners([[-0.8, 0], [0.8, 0], [0.8, 3], [-0.8, 3]], 0.4)
-    pair = RigidContact("crest", top, crest.moved(0.0, [aside, 0.0]), NormalLaw(), NO_FRICTION)
     motion = path([0, 1], [[0, 0], [0, -0.3]])
-    return top, followed(supported(body, [pair]), motion, increments=6)[-1]
+    return top, followed(supported(body, [crest_pair(top, aside)]), motion, increments=6)[-1]
+
+
+def crest_pair(top, aside):
+    crest = Outline.from_corners([[-0.8, 0], [0.8, 0], [0.8, 3], [-0.8, 3]], 0.4)
+    return RigidContact("crest", top, crest.moved(0.0, [aside, 0.0]), NormalLaw(), NO_FRICTION)
 
 
 def pressure_under_crest(edge, **points):
     """Places and pressures, kPa, each place once, from the middle of the crest outwards."""
     top, last = pressed_by_crest(edge, **points)
-    place, first = np.unique(np.round(top.arc_length - 3.0, 9), return_index=True)
-    pressure = 1e3 * last.contacts[0].points.pressure.ravel()[first]
+    place, first = np.unique(np.round(top.nodal(top.arc_length) - 3.0, 9), return_index=True)
+    pressure = 1e3 * top.nodal(last.contacts[0].points.pressure).ravel()[first]
     return place[place >= 0], pressure[place >= 0]
 
 
@@ -119,6 +122,32 @@ def test_pressure_at_nodes_does_not_alternate_under_a_crest():
     # Four Gauss points constrain an edge more often than it has unknowns.
     _, alternating = pressure_under_crest(0.15, points_per_edge=4)
     assert np.abs(np.diff(alternating, 2)).sum() > 2 * np.abs(np.diff(pressure, 2)).sum()
+
+
+@pytest.mark.parametrize("edge", [0.2, 0.3, 0.4])
+@pytest.mark.parametrize("shift", [0.0, 0.25, 0.4])
+def test_an_edge_does_not_sink_over_a_corner(edge, shift):
+    # Corners of 0.4 mm, met by edges up to as long, wherever the nodes lie.
+    top, last = pressed_by_crest(edge, aside=shift * edge, at_nodes=True, between_nodes=2)
+    state = last.state
+    assert (
+        crest_pair(top, shift * edge).deepest(state.displacement, state.placement, last.contacts[0])
+        < 0.005
+    )
+    assert force_on_tissue(last)[1] == pytest.approx(-0.03597, rel=0.03)
+
+
+def test_without_points_between_nodes_an_edge_sinks_over_a_corner():
+    top, last = pressed_by_crest(0.4, aside=0.1, at_nodes=True)
+    state = last.state
+    sunk = crest_pair(top, 0.1).deepest(state.displacement, state.placement, last.contacts[0])
+    assert sunk > 0.02
+
+
+def test_points_between_nodes_stay_out_of_it_where_nodes_carry_the_load():
+    _, alone = pressure_under_crest(0.1, at_nodes=True)
+    place, watched = pressure_under_crest(0.1, at_nodes=True, between_nodes=2)
+    np.testing.assert_allclose(watched[place < 0.5], alone[place < 0.5], rtol=1e-3)
 
 
 def length_under_crest(edge, aside):
