@@ -18,6 +18,10 @@ Array = NDArray[np.float64]
 LINE_SEARCH_TRIALS = 7
 """Places tried along one step: each costs an evaluation of forces, a new step three times that."""
 
+STEP_RESIDUAL = 1e-6
+"""What a step may leave of the forces that it is to balance: far less than their being nonlinear
+leaves, and single precision gets there without being refined."""
+
 
 class NewtonStatus(Enum):
     """How a Newton solve ended; the value says it in words."""
@@ -180,7 +184,9 @@ def _repeated(
     solver: DirectSolver,
 ) -> tuple[Array, SomeBalance] | None:
     """Return where the step of the last factors leads; None if it does not halve the forces."""
-    whole = displacement - solver.solve(balance.residual).reshape(displacement.shape)
+    whole = displacement - solver.solve(balance.residual, residual=STEP_RESIDUAL).reshape(
+        displacement.shape
+    )
     there = balance_at(whole)
     return (whole, there) if _norm(there) < 0.5 * _norm(balance) else None
 
@@ -194,7 +200,7 @@ def _next_iterate(
 ) -> tuple[Array, SomeBalance] | None:
     """Return where one step leads, and the balance there; None if no place is admissible."""
     solver.factorise(balance.matrix(False))
-    step = -solver.solve(balance.residual)
+    step = -solver.solve(balance.residual, residual=STEP_RESIDUAL)
     work = work_of(balance.residual, step)
     whole = displacement + step.reshape(displacement.shape)
     there = balance_at(whole)
@@ -203,7 +209,7 @@ def _next_iterate(
     uphill = work >= 0
     if uphill:
         solver.factorise(balance.matrix(True))
-        step = -solver.solve(balance.residual)
+        step = -solver.solve(balance.residual, residual=STEP_RESIDUAL)
         work = work_of(balance.residual, step)
     if damped:
         step, work = 0.5 * step, 0.5 * work

@@ -217,9 +217,10 @@ class StaticSystem:
         unforeseen: Array = here + move.reshape(-1, 2)
         try:
             solver.factorise(self._eliminated(stiffness))
+            step = solver.solve(np.where(self.free, change, move))
         except SingularMatrixError:
             return unforeseen
-        there: Array = here + solver.solve(np.where(self.free, change, move)).reshape(-1, 2)
+        there: Array = here + step.reshape(-1, 2)
         return there if np.isfinite(self.body.energy_and_force(there).energy) else unforeseen
 
     def pressure_force(self, displacement: Array) -> Array:
@@ -357,11 +358,11 @@ def _reached(
         try:
             stiffness = system._stiffness(displacement, load, residual.touching)
             solver.factorise(system._eliminated(stiffness))
+            step = -solver.solve(np.where(system.free, residual.forces, 0.0))
+            by_pressure = solver.solve(np.where(system.free, residual.per_mpa, 0.0))
         except SingularMatrixError:
             status = NewtonStatus.SINGULAR
             break
-        step = -solver.solve(np.where(system.free, residual.forces, 0.0))
-        by_pressure = solver.solve(np.where(system.free, residual.per_mpa, 0.0))
         missing = reach.value_mm - displacement.flat[reach.unknown] - step[reach.unknown]
         pressure = missing / by_pressure[reach.unknown]
         step += pressure * by_pressure

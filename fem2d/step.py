@@ -146,7 +146,8 @@ def _predicted(
     )
     try:
         solver.factorise(balance.matrix(False))
+        # Exactly: where points are foreseen to meet a rigid body, they start to stick.
+        step = solver.solve(balance.residual)
     except SingularMatrixError:
         return state.displacement
-    step: Array = solver.solve(balance.residual).reshape(state.displacement.shape)
-    return state.displacement - step
+    return state.displacement - step.reshape(state.displacement.shape)

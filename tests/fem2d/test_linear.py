@@ -8,7 +8,10 @@ from hypothesis import strategies as st
 
 from fem2d.instability import softest_mode
 from fem2d.linear import (
+    EXACT,
     Pardiso,
+    RefinedPardiso,
+    SingularMatrixError,
     SuperLu,
     SymmetricPardiso,
     SymmetricSuperLu,
@@ -35,6 +38,18 @@ def two_threads() -> Pardiso:
     return Pardiso(threads=2)
 
 
+def refined_on_two_threads() -> RefinedPardiso:
+    return RefinedPardiso(threads=2)
+
+
+def nearly_singular(seed: int, smallest: float, size: int = 60) -> sp.csr_matrix:
+    """Symmetric, its lowest eigenvalue ``smallest``, the others of order 1 to 10."""
+    rng = np.random.default_rng(seed)
+    vectors, _ = np.linalg.qr(rng.normal(size=(size, size)))
+    values = np.append(smallest, rng.uniform(1, 10, size - 1))
+    return sp.csr_matrix(vectors * values @ vectors.T)
+
+
 def of_grid(seed: int, nodes: int = 60) -> sp.csr_matrix:
     """Two unknowns a node, coupled with those of eight neighbours, as in a body of 3,600 nodes."""
     line = sp.diags([np.ones(nodes - 1), np.ones(nodes), np.ones(nodes - 1)], [-1, 0, 1])
@@ -43,7 +58,10 @@ def of_grid(seed: int, nodes: int = 60) -> sp.csr_matrix:
     return (matrix + 12 * sp.identity(2 * nodes**2)).tocsr()
 
 
-@pytest.mark.parametrize("kind", [SuperLu, Pardiso, two_threads])
+SOLVERS = [SuperLu, Pardiso, two_threads, RefinedPardiso, refined_on_two_threads]
+
+
+@pytest.mark.parametrize("kind", SOLVERS)
 def test_solves_what_it_factorised_last(kind):
     solver = kind()
     for seed in (1, 2, 1):
@@ -64,11 +82,12 @@ def test_same_matrix_same_bits():
     assert np.array_equal(solutions[0], solutions[2])
 
 
-def test_two_threads_give_the_same_bits_every_time():
+@pytest.mark.parametrize("kind", [two_threads, refined_on_two_threads])
+def test_two_threads_give_the_same_bits_every_time(kind):
     matrices, right = [of_grid(seed) for seed in (1, 2)], np.linspace(-1, 1, 7200)
     solutions: list[set[bytes]] = [set(), set()]
     for _ in range(2):
-        solver = Pardiso(threads=2)
+        solver = kind()
         for _ in range(15):
             for matrix, of_matrix in zip(matrices, solutions, strict=True):
                 solver.factorise(matrix)
@@ -76,7 +95,52 @@ def test_two_threads_give_the_same_bits_every_time():
     assert [len(of_matrix) for of_matrix in solutions] == [1, 1]
 
 
-@pytest.mark.parametrize("kind", [SuperLu, Pardiso, SymmetricPardiso, SymmetricSuperLu])
+def left_over(matrix, solution, right):
+    return np.abs(matrix @ solution - right).max() / np.abs(right).max()
+
+
+@pytest.mark.parametrize("residual", [1e-3, 1e-6, 1e-9, EXACT])
+@pytest.mark.parametrize("size", [1e-30, 1.0, 1e30])
+def test_refined_solutions_are_as_exact_as_asked(residual, size):
+    matrix, solver = of_grid(4), RefinedPardiso()
+    right = size * np.random.default_rng(6).normal(size=matrix.shape[0])
+    solver.factorise(matrix)
+    solution = solver.solve(right, residual=residual)
+    assert left_over(matrix, solution, right) <= residual
+    # A first solution has single precision, not less and not more.
+    if residual == 1e-3:
+        assert 1e-10 < left_over(matrix, solution, right) < 1e-5
+
+
+@pytest.mark.parametrize("smallest", [-1e-8, 1e-11])
+def test_what_single_precision_cannot_tell_from_singular_is_solved_in_double(smallest):
+    matrix, solver, double = nearly_singular(3, smallest), RefinedPardiso(), Pardiso()
+    expected = np.random.default_rng(4).normal(size=60)
+    for each in (solver, double):
+        each.factorise(matrix)
+    right = matrix @ expected
+    assert np.array_equal(solver.solve(right), double.solve(right))
+    # The next matrix starts afresh.
+    solver.factorise(unsymmetric(1))
+    again = solver.solve(unsymmetric(1) @ expected, residual=1e-3)
+    assert 1e-10 < left_over(unsymmetric(1), again, unsymmetric(1) @ expected) < 1e-5
+
+
+def test_nothing_on_the_right_gives_nothing():
+    solver = RefinedPardiso()
+    solver.factorise(unsymmetric(2))
+    assert not solver.solve(np.zeros(60)).any()
+
+
+@pytest.mark.parametrize("kind", [Pardiso, RefinedPardiso])
+def test_solving_before_factorising_says_so(kind):
+    with pytest.raises(SingularMatrixError, match="call factorise first"):
+        kind().solve(np.ones(3))
+
+
+@pytest.mark.parametrize(
+    "kind", [SuperLu, Pardiso, RefinedPardiso, SymmetricPardiso, SymmetricSuperLu]
+)
 def test_another_solver_is_of_the_same_kind_and_knows_nothing_of_the_first(kind):
     first, expected = kind(), np.arange(60.0)
     matrices = [symmetric(seed, 60) + 20 * sp.identity(60) for seed in (1, 2)]
