@@ -130,10 +130,8 @@ def main() -> None:
             totals += (int(outcome.finished), len(costs), iterations)
             ended = "whole" if outcome.finished else outcome.sentence
             values = ", ".join(text.split(".", 1)[1] for text in settings)
-            deepest = max(
-                outcome.about["largest_penetration_neck_mm"],
-                outcome.about["largest_penetration_teeth_mm"],
-            )
+            told = ("neck", "teeth", "between_nodes", "lips")
+            deepest = max(outcome.about[f"largest_penetration_{what}_mm"] for what in told)
             print(
                 f"| {seed} | {scenario.name} | {values} | {ended} | {len(costs)} | {iterations} | "
                 f"{cutbacks} | {seconds:.0f} | {deepest:.4f} |",

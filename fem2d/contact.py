@@ -29,6 +29,9 @@ Index = NDArray[np.intp]
 REACH_MM = 1.0
 """Points farther than this from the outline's box cannot touch it; they are not projected."""
 
+SURELY_OPEN_MM = 0.1
+"""A point between nodes that a node's gap keeps farther away than this is not projected."""
+
 POINTS_TO_LOOK_AT = 9
 """Gauss points of an edge at which its penetration is told."""
 
@@ -61,7 +64,8 @@ class ContactPoints:
     """
 
     gap: Array
-    """Signed distance, mm; farther than `REACH_MM` from the outline's box, a lower bound of it."""
+    """Signed distance, mm; a lower bound of it farther than `REACH_MM` from the outline's box, and
+    between nodes farther than `SURELY_OPEN_MM`."""
     normal: Array
     """(m, q, 2) outward normal of the rigid body, in the tissue's frame; zero out of reach."""
     pressure: Array
@@ -133,10 +137,14 @@ class RigidContact:
         return np.array(self.outline.box)
 
     @cached_property
+    def _is_between(self) -> NDArray[np.bool_]:
+        """(m q,) which points lie between nodes."""
+        return np.tile(self.surface.is_between, len(self.surface.edges))
+
+    @cached_property
     def _allowance(self) -> Array:
         """(m q,) penetration up to which each point bears nothing, mm."""
-        each = np.where(self.surface.is_between, self.normal.allowance_mm, 0.0)
-        return np.tile(each, len(self.surface.edges))
+        return np.where(self._is_between, self.normal.allowance_mm, 0.0)
 
     def initial_history(self, displacement: Array, placement: RigidPlacement) -> ContactHistory:
         """Return the history of a surface on which no friction acts yet."""
@@ -185,6 +193,7 @@ class RigidContact:
             self._box,
             self.normal.stiffness_mpa_per_mm,
             self.normal.ramp_mm,
+            self._is_between,
             self._allowance,
             self.friction.coefficient,
             self.friction.stiffness_mpa_per_mm,
@@ -326,6 +335,7 @@ def _evaluate(
     box: Array,
     normal_stiffness: float,
     ramp: float,
+    is_between: NDArray[np.bool_],
     allowance: Array,
     coefficient: float,
     tangential_stiffness: float,
@@ -344,9 +354,18 @@ def _evaluate(
     slope = np.zeros((count, 2, 2))
     safe = np.zeros((count, 2, 2))
     cosine, sine = np.cos(angle), np.sin(angle)
+    node = 0
     for i in range(count):
         dx, dy = position[i, 0] - shift_x, position[i, 1] - shift_y
         body[i, 0], body[i, 1] = cosine * dx + sine * dy, -sine * dx + cosine * dy
+        if is_between[i]:
+            # A distance changes by no more than the way between two points.
+            away = np.hypot(position[i, 0] - position[node, 0], position[i, 1] - position[node, 1])
+            gap[i] = gap[node] - away
+            if gap[i] > SURELY_OPEN_MM:
+                continue
+        else:
+            node = i
         beside = max(box[0] - body[i, 0], body[i, 0] - box[2], 0.0)
         above = max(box[1] - body[i, 1], body[i, 1] - box[3], 0.0)
         gap[i] = np.hypot(beside, above)

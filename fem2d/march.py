@@ -304,9 +304,10 @@ def _travel_limit(
     share = np.inf
     for pair, touch in zip(system.contacts, touching, strict=True):
         if pair.moving:
-            point = touch.history.body_position
+            nodal = pair.surface.nodal
+            point = nodal(touch.history.body_position)
             travel = np.linalg.norm(ahead.apply(point) - state.placement.apply(point), axis=-1)
-            allowed = np.maximum(steps.travel_mm, 0.7 * touch.points.gap)
+            allowed = np.maximum(steps.travel_mm, 0.7 * nodal(touch.points.gap))
             share = min(share, float(np.min(allowed / np.maximum(travel, TINY_MM))))
     return steps.longest_s * share
 

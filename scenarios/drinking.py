@@ -404,6 +404,9 @@ class _Diary:
             between = pair.deepest(commit.state.displacement, placement, touch)
             name = "largest_penetration_between_nodes_mm"
             seen[name] = max(seen[name], between)
+        for fold in commit.folds:
+            overlap = -float(np.min(fold.points.gap[fold.touching], initial=0.0))
+            seen["largest_penetration_lips_mm"] = max(seen["largest_penetration_lips_mm"], overlap)
         seen["largest_strain_energy_nmm"] = commit.energies.strain
         seen["largest_kinetic_energy_nmm"] = commit.energies.kinetic
         if commit.newton.force_scale > NewtonSettings().force_floor_n:
@@ -415,6 +418,7 @@ _EXTREMES = (
     "largest_penetration_neck_mm",
     "largest_penetration_teeth_mm",
     "largest_penetration_between_nodes_mm",
+    "largest_penetration_lips_mm",
     "largest_unbalanced_force_share",
     "largest_strain_energy_nmm",
     "largest_kinetic_energy_nmm",

@@ -373,6 +373,11 @@ ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
                 _summed("largest_penetration_between_nodes_mm", "{:.1f}", KILO),
             ),
             Row(
+                "deepest penetration, lips into each other or themselves",
+                "µm",
+                _summed("largest_penetration_lips_mm", "{:.1f}", KILO),
+            ),
+            Row(
                 "largest unbalanced force, share of all forces",
                 "",
                 _summed("largest_unbalanced_force_share", "{:.1e}"),
