@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -129,16 +130,17 @@ def found_pull(
     trial = _Trial.of(lips, muscle, motion)
     if muscle.direction_deg != "auto":
         return trial.enough(muscle, trial.pulled(muscle.direction_deg))
-    tried: list[FoundPull] = []
+    progress(f"drawing the {muscle.lip} lip towards {len(DIRECTIONS_DEG)} directions")
+    with ThreadPoolExecutor(max_workers=2) as two_at_once:
+        tried = list(two_at_once.map(trial.on_one_thread().pulled, DIRECTIONS_DEG))
 
     def needed_kpa(direction_deg: float) -> float:
         progress(f"drawing the {muscle.lip} lip towards {direction_deg:.0f}°")
         tried.append(trial.pulled(float(direction_deg)))
         return trial.cost(tried[-1])
 
-    needed = [needed_kpa(direction) for direction in DIRECTIONS_DEG]
-    best = int(np.argmin(needed))
-    around = (max(best - 1, 0), min(best + 1, len(needed) - 1))
+    best = int(np.argmin([trial.cost(pull) for pull in tried]))
+    around = (max(best - 1, 0), min(best + 1, len(tried) - 1))
     minimize_scalar(
         needed_kpa,
         bounds=[DIRECTIONS_DEG[k] for k in around],
@@ -194,6 +196,11 @@ class _Trial:
             skin=skin,
             reachable=np.asarray(near_points),
         )
+
+    def on_one_thread(self) -> _Trial:
+        """Return the same trial with a body that leaves the second thread to others."""
+        body = replace(self.system.body, in_halves=False)
+        return replace(self, system=replace(self.system, body=body))
 
     def pulled(self, direction_deg: float) -> FoundPull:
         """Return the smallest pull in a direction that is enough, or else the largest tried."""
