@@ -514,6 +514,23 @@ def _place(deformed: Array, e: int, local: float) -> tuple[float, float, float, 
 
 
 @compiled
+def _runs_back(deformed: Array, e: int, local: float) -> bool:
+    """Whether a quadratic edge runs from its last node towards its first one there.
+
+    It does where it is squeezed so much that its middle lies beyond one of its ends. What seems to
+    be its outward normal points into the tissue there, and the edge touches nothing.
+    """
+    if deformed.shape[1] == 2:
+        return False
+    d0, d1, dm = 4.0 * local - 3.0, 4.0 * local - 1.0, 4.0 - 8.0 * local
+    forwards = 0.0
+    for c in range(2):
+        along = d0 * deformed[e, 0, c] + d1 * deformed[e, 1, c] + dm * deformed[e, 2, c]
+        forwards += along * (deformed[e, 1, c] - deformed[e, 0, c])
+    return forwards <= 0.0
+
+
+@compiled
 def _boxes(deformed: Array) -> tuple[Array, Array]:
     """Return boxes (left, bottom, right, top) around edges (m, k, 2), and around groups of them."""
     count, k = deformed.shape[0], deformed.shape[1]
@@ -583,6 +600,8 @@ def _meetings(
             near_count = _within_reach(home, boxes, groups, sides, near)
         x, y, nx, ny = _place(deformed, home, local[i])
         normal[i, 0], normal[i, 1] = nx, ny
+        if _runs_back(deformed, home, local[i]):
+            continue
         met[i], met_local[i], gap[i] = _nearest(
             x, y, nx, ny, home, local[i], near, near_count, deformed, before, depth[home], sides
         )
@@ -628,6 +647,8 @@ def _nearest(
             if abs(g) > sides.reach_mm or abs(g) >= abs(gap):
                 continue
             ax, ay = d0 * x0 + d1 * x1 + dm * xm, d0 * y0 + d1 * y1 + dm * ym
+            if ax * (x1 - x0) + ay * (y1 - y0) <= 0.0:
+                continue  # it runs back there, as in `_runs_back`
             facing = (ay * nx - ax * ny) / np.hypot(ax, ay)
             if facing >= FACING_COSINE or _form_tip(sides.edges, before, e, home):
                 continue
@@ -717,13 +738,18 @@ def _roots(square: float, linear: float, constant: float) -> tuple[float, float]
 
 @compiled
 def _form_tip(edges: Index, before: Array, one: int, other: int) -> bool:
-    """Whether two edges share a node and enclose tissue there, less than a half turn of it."""
+    """Whether two edges share a node and enclose tissue there, less than a half turn of it.
+
+    If one of them runs back at that node, no angle can be told, and they count as if they did.
+    """
     if edges[one, 1] == edges[other, 0]:
         first, second = one, other
     elif edges[other, 1] == edges[one, 0]:
         first, second = other, one
     else:
         return False
+    if _runs_back(before, first, 1.0) or _runs_back(before, second, 0.0):
+        return True
     _, _, nx, ny = _place(before, first, 1.0)
     _, _, mx, my = _place(before, second, 0.0)
     turned = np.arctan2(nx * my - ny * mx, nx * mx + ny * my)

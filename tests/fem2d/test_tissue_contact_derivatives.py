@@ -325,6 +325,34 @@ def test_the_sides_of_a_tip_never_touch_each_other():
         history = response.history
 
 
+def test_an_edge_that_runs_back_touches_nothing_where_it_does():
+    # Squeezed until its middle lies beyond the node it shares with the next edge: there its normal
+    # points into the tissue, and the nearly straight line of both looks like a closed crease.
+    undeformed = np.array([[-0.4, 0.0], [-0.2, 0.0], [0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
+    squeezed = np.array(
+        [[-0.064, 0.073], [0.095, -0.028], [0.0, 0.0], [0.555, -0.311], [0.872, -0.617]]
+    )
+    wall = np.array([[-0.5, -0.2], [0.2, -0.15], [1.0, -0.1]])
+    nodes = np.concatenate([undeformed, wall])
+    line = Surface(np.array([[0, 2, 1], [2, 4, 3]]), nodes)
+    contact = TissueContact(
+        "line", (line, Surface(np.array([[5, 7, 6]]), nodes)), NormalLaw(), FrictionLaw(0.3), 0.5,
+        itself=True,
+    )  # fmt: skip
+    displacement = np.concatenate([squeezed - undeformed, np.zeros_like(wall)])
+    history = contact.initial_history(np.zeros_like(nodes), NOWHERE)
+    for _ in range(2):
+        points = contact.response(displacement, NOWHERE, history).points
+        local, first = history.local, history.edge == 0
+        backwards = first & (local > 0.6)
+        assert backwards.sum() > 0
+        assert np.all(points.met_edge[backwards] == NONE)
+        # Neither of the two sees the other, wherever they run.
+        assert np.all(points.met_edge[first] != 1)
+        assert np.all(points.met_edge[history.edge == 1] != 0)
+        history = contact.response(displacement, NOWHERE, history).history
+
+
 def test_what_makes_no_sense_is_refused():
     contact = two_surfaces(0.5, 3)
     with pytest.raises(TissueContactError, match="one surface with nothing"):
