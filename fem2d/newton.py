@@ -18,9 +18,9 @@ Array = NDArray[np.float64]
 LINE_SEARCH_TRIALS = 7
 """Places tried along one step: each costs an evaluation of forces, a new step three times that."""
 
-STEP_RESIDUAL = 1e-6
+STEP_RESIDUAL = 1e-5
 """What a step may leave of the forces that it is to balance: far less than their being nonlinear
-leaves, and single precision gets there without being refined."""
+leaves, and single precision mostly gets there without being refined."""
 
 
 class NewtonStatus(Enum):

@@ -19,6 +19,10 @@ from geometry2d.rigid import RigidMotion, RigidPlacement
 
 Array = NDArray[np.float64]
 
+FORESIGHT_RESIDUAL = 1e-9
+"""Less than Newton's steps may leave, for no later step mends it: where points are foreseen to meet
+a rigid body, they start to stick."""
+
 
 class Stepper:
     """Tries steps of a system: in parts while these do not touch one another, else as a whole.
@@ -146,8 +150,7 @@ def _predicted(
     )
     try:
         solver.factorise(balance.matrix(False))
-        # Exactly: where points are foreseen to meet a rigid body, they start to stick.
-        step = solver.solve(balance.residual)
+        step = solver.solve(balance.residual, residual=FORESIGHT_RESIDUAL)
     except SingularMatrixError:
         return state.displacement
     return state.displacement - step.reshape(state.displacement.shape)
