@@ -514,20 +514,15 @@ def _place(deformed: Array, e: int, local: float) -> tuple[float, float, float, 
 
 
 @compiled
-def _runs_back(deformed: Array, e: int, local: float) -> bool:
-    """Whether a quadratic edge runs from its last node towards its first one there.
+def _runs_back(deformed: Array, e: int, nx: float, ny: float) -> bool:
+    """Whether an edge runs from its last node towards its first one where its normal is this.
 
-    It does where it is squeezed so much that its middle lies beyond one of its ends. What seems to
-    be its outward normal points into the tissue there, and the edge touches nothing.
+    A quadratic one does where it is squeezed so much that its middle lies beyond one of its ends.
+    What seems to be its outward normal points into the tissue there, and the edge touches nothing.
     """
-    if deformed.shape[1] == 2:
-        return False
-    d0, d1, dm = 4.0 * local - 3.0, 4.0 * local - 1.0, 4.0 - 8.0 * local
-    forwards = 0.0
-    for c in range(2):
-        along = d0 * deformed[e, 0, c] + d1 * deformed[e, 1, c] + dm * deformed[e, 2, c]
-        forwards += along * (deformed[e, 1, c] - deformed[e, 0, c])
-    return forwards <= 0.0
+    along_x, along_y = deformed[e, 1, 0] - deformed[e, 0, 0], deformed[e, 1, 1] - deformed[e, 0, 1]
+    back: bool = along_y * nx - along_x * ny <= 0.0
+    return back
 
 
 @compiled
@@ -600,7 +595,7 @@ def _meetings(
             near_count = _within_reach(home, boxes, groups, sides, near)
         x, y, nx, ny = _place(deformed, home, local[i])
         normal[i, 0], normal[i, 1] = nx, ny
-        if _runs_back(deformed, home, local[i]):
+        if _runs_back(deformed, home, nx, ny):
             continue
         met[i], met_local[i], gap[i] = _nearest(
             x, y, nx, ny, home, local[i], near, near_count, deformed, before, depth[home], sides
@@ -748,10 +743,10 @@ def _form_tip(edges: Index, before: Array, one: int, other: int) -> bool:
         first, second = other, one
     else:
         return False
-    if _runs_back(before, first, 1.0) or _runs_back(before, second, 0.0):
-        return True
     _, _, nx, ny = _place(before, first, 1.0)
     _, _, mx, my = _place(before, second, 0.0)
+    if _runs_back(before, first, nx, ny) or _runs_back(before, second, mx, my):
+        return True
     turned = np.arctan2(nx * my - ny * mx, nx * mx + ny * my)
     tip: bool = 0.0 <= turned < np.pi - SHARPEST_TIP_RAD
     return tip
