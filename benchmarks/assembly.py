@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from skfem.helpers import ddot, grad
 
-from fem2d.body import Body
-from fem2d.kinematics import Plane
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
+from fem2d.body.sparse import SparsePattern
 from fem2d.materials.library import material_named
 from fem2d.materials.ogden import Ogden
-from fem2d.sparse import SparsePattern
 
 Array = NDArray[np.float64]
 ROUNDS = 9

@@ -17,16 +17,16 @@ from pathlib import Path
 import numpy as np
 
 from fem2d.materials.library import configuration_cards
-from scenarios.aspiration import write_table
-from scenarios.calibration import (
+from scenarios.studies.aspiration import write_table
+from scenarios.studies.calibration import (
     CalibrationOptions,
     SuctionCurve,
     fitted,
     layers_with,
     parameters_of,
 )
-from scenarios.study_plots import COLOURS, blank_figure, finish, labelled
-from scenarios.suction import SuctionModel
+from scenarios.studies.plots import COLOURS, blank_figure, finish, labelled
+from scenarios.studies.suction import SuctionModel
 
 TRUTH = {"dermis.mu_mpa": 0.02, "dermis.alpha": 8.0, "bulk.C10_mpa": 0.0045}
 NOISE_MM = 0.001

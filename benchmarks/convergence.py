@@ -30,11 +30,11 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fem2d.march import StepSettings
-from scenarios.drinking import replay
-from scenarios.run import convert_recording
-from scenarios.solution import LIPS, Increment, Model
-from scenarios.spec import library_names, read_scenario
+from fem2d.solvers.march import StepSettings
+from scenarios.results.solution import LIPS, Increment, Model
+from scenarios.settings.scenario import library_names, read_scenario
+from scenarios.sip.replay import replay
+from scenarios.sip.run import convert_recording
 
 COLUMNS = (
     "upper force, N",

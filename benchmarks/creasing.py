@@ -3,10 +3,11 @@
     python benchmarks/creasing.py [L1 L2-GOH L2-Ogden L3] [--sectors 8 16] [--sizes 0.6 0.3]
 
 *Half-spaces.* A crease is local, so the outermost layer decides, under the compression along its
-surface. `fem2d.creasing` finds the compression at which a fold of any size costs as much energy as
-staying flat; beside it stands Biot's, at which the flat surface becomes unstable
-(`fem2d.stability`). Two meshes. The first rows check the method: in a neo-Hookean half-space in
-plane strain, incompressible, a crease is favourable from 35 % on (Hong, Zhao and Suo 2009).
+surface. `fem2d.analyses.creasing` finds the compression at which a fold of any size costs as much
+energy as staying flat; beside it stands Biot's, at which the flat surface becomes unstable
+(`fem2d.analyses.wrinkling`). Two meshes. The first rows check the method: in a neo-Hookean
+half-space in plane strain, incompressible, a crease is favourable from 35 % on (Hong, Zhao and Suo
+2009).
 
 *Blocks.* A block of the skin, 12 mm deep and two wavelengths of its linear stability long (24 mm
 for L1, whose waves have no length), is compressed between rollers by half in 300 s, with tissue's
@@ -31,22 +32,22 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 
-from fem2d.body import Body
-from fem2d.contact import RigidContact
-from fem2d.creasing import CreasingError, creasing
-from fem2d.friction import FrictionLaw, NormalLaw
-from fem2d.inertia import Inertia
-from fem2d.kinematics import Plane
-from fem2d.linear import fastest_solver
-from fem2d.march import Commit, StepSettings, march
+from fem2d.analyses.creasing import CreasingError, creasing
+from fem2d.analyses.wrinkling import Layer, StabilityError, wrinkling
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
+from fem2d.body.surface import Surface
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.contact.rigid import RigidContact
+from fem2d.contact.self_contact import TissueContact, TissueResponse
+from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material
 from fem2d.materials.neo_hookean import NeoHookean
-from fem2d.stability import Layer, StabilityError, wrinkling
-from fem2d.surface import Surface
-from fem2d.system import System
-from fem2d.tie import ElasticTie
-from fem2d.tissue_contact import TissueContact, TissueResponse
+from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.linear import fastest_solver
+from fem2d.solvers.march import Commit, StepSettings, march
+from fem2d.solvers.model import System
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
 

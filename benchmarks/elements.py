@@ -14,13 +14,13 @@ import time
 import numpy as np
 import skfem
 
-from fem2d.body import Body
-from fem2d.kinematics import Plane
-from fem2d.linear import fastest_solver
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
 from fem2d.materials.library import material_named
 from fem2d.materials.neo_hookean import NeoHookean
-from fem2d.statics import Load, Settled, StaticSystem, advance, equilibrium
-from scenarios.element_types import COOK_MIDDLE_MM, cook_rise
+from fem2d.solvers.linear import fastest_solver
+from fem2d.solvers.static import Load, Settled, StaticSystem, advance, equilibrium
+from scenarios.studies.element_types import COOK_MIDDLE_MM, cook_rise
 
 # (element, cells): about the same numbers of unknowns in a row
 COOK = {

@@ -16,8 +16,8 @@ import time
 import numpy as np
 from lip_press import CASES, model, pressed
 
-from fem2d.linear import DirectSolver, Pardiso, RefinedPardiso, SuperLu
-from fem2d.newton import STEP_RESIDUAL
+from fem2d.solvers.linear import DirectSolver, Pardiso, RefinedPardiso, SuperLu
+from fem2d.solvers.newton import STEP_RESIDUAL
 
 
 def timed(solver: DirectSolver, matrix, right_hand_side, repeats: int) -> tuple[float, float]:

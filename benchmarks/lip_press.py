@@ -21,20 +21,20 @@ from dataclasses import dataclass
 import numpy as np
 import skfem
 
-from fem2d.body import Body
-from fem2d.contact import RigidContact
-from fem2d.friction import FrictionLaw, NormalLaw
-from fem2d.inertia import Inertia
-from fem2d.kinematics import Plane
-from fem2d.linear import fastest_solver
-from fem2d.march import Commit, MarchStatus, StepSettings, march
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
+from fem2d.body.surface import Surface
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.contact.rigid import RigidContact
+from fem2d.loads.tie import ElasticTie
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
-from fem2d.newton import NewtonSettings
-from fem2d.state import State
-from fem2d.surface import Surface
-from fem2d.system import System
-from fem2d.tie import ElasticTie
+from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.linear import fastest_solver
+from fem2d.solvers.march import Commit, MarchStatus, StepSettings, march
+from fem2d.solvers.model import System
+from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.state import State
 from geometry2d.mesh import polygon_mesh
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion

@@ -12,10 +12,10 @@ its crest, pulls it along with friction 1 until it lets go, and the lip snaps ba
 1/30 s; forwards (+x, away from the tooth) and backwards (−x, into the tooth and over it).
 
 The prototypes clamped the block's bottom, and there, where a fixed edge meets a free one, their
-fine mesh died. Here bone holds tissue as everywhere in this solver: by an elastic layer of
-1 MPa/mm that fades out over 1 mm (`fem2d.tie`). Material, contact, inertia and viscosity are those
-of a replay too, so that these runs say something about it. Of the prototypes' geometry only
-the block, the element counts and the step counts are known; neck, lip and path are chosen here.
+fine mesh died. Here bone holds tissue as everywhere in this solver: by an elastic layer of 1 MPa/mm
+that fades out over 1 mm (`fem2d.loads.tie`). Material, contact, inertia and viscosity are those of
+a replay too, so that these runs say something about it. Of the prototypes' geometry only the block,
+the element counts and the step counts are known; neck, lip and path are chosen here.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ from functools import partial
 import numpy as np
 import skfem
 
-from fem2d.body import Body
-from fem2d.contact import RigidContact
-from fem2d.friction import FrictionLaw, NormalLaw
-from fem2d.inertia import Inertia
-from fem2d.kinematics import Plane
-from fem2d.linear import fastest_solver
-from fem2d.march import Commit, MarchResult, MarchStatus, StepSettings, march
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
+from fem2d.body.surface import Surface
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.contact.rigid import RigidContact
+from fem2d.contact.self_contact import TissueContact
+from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
-from fem2d.surface import Surface
-from fem2d.system import System
-from fem2d.tie import ElasticTie
-from fem2d.tissue_contact import TissueContact
+from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.linear import fastest_solver
+from fem2d.solvers.march import Commit, MarchResult, MarchStatus, StepSettings, march
+from fem2d.solvers.model import System
 from geometry2d.mesh import block_mesh, polygon_mesh
 from geometry2d.neck import neck_section
 from geometry2d.outline import Outline

@@ -21,13 +21,13 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry2d.head import HeadError, head_section
+from geometry2d.anatomy.head import HeadError, head_section
 from geometry2d.neck import NECKS, NeckError
 from geometry2d.regions import SectionError
 from mocap.convert import convert
-from scenarios.drinking import replay
-from scenarios.solution import Increment
-from scenarios.spec import Scenario, library_names, read_scenario
+from scenarios.results.solution import Increment
+from scenarios.settings.scenario import Scenario, library_names, read_scenario
+from scenarios.sip.replay import replay
 
 LIP_RANGES_MM = {
     "upper_lip_thickness_mm": (14.8, 1.4),

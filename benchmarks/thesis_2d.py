@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.scene import SkinLine
-from scenarios.solution import LIPS, Solution
-from scenarios.spec import Scenario, read_scenario
+from scenarios.results.solution import LIPS, Solution
+from scenarios.settings.scenario import Scenario, read_scenario
+from scenarios.views.scene import SkinLine
 
 Array = NDArray[np.float64]
 

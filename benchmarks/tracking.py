@@ -22,10 +22,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from mocap.follow import follow
-from mocap.markers import read_markers
-from mocap.synthetic import write_recording
-from mocap.video import Video
+from mocap.synthetic.rendering import write_recording
+from mocap.tracking.follow import follow
+from mocap.tracking.markers import read_markers
+from mocap.video.frames import Video
 
 SIP = Path(__file__).parents[1] / "scenarios" / "library" / "A38-F"
 CLIP_RATE = 25.0

@@ -29,13 +29,13 @@ from numpy.typing import NDArray
 from benchmarks.tracking_takes import HEADINGS, Take, relative_truth
 from geometry2d.rigid import rotated
 from mocap.convert import Measurement, measure
-from mocap.follow import follow
-from mocap.markers import read_markers
-from mocap.noise import with_noise_in_time
-from mocap.scale import Picture
-from mocap.synthetic import Truth
-from mocap.tracks import Tracks
-from mocap.video import Video
+from mocap.motion.scale import Picture
+from mocap.synthetic.rendering import Truth
+from mocap.tracking.follow import follow
+from mocap.tracking.markers import read_markers
+from mocap.tracking.noise import with_noise_in_time
+from mocap.tracking.tracks import Tracks
+from mocap.video.frames import Video
 
 Array = NDArray[np.float64]
 

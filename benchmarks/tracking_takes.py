@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidMotion, rotated
-from mocap.synthetic import (
+from mocap.synthetic.rendering import (
     WHITE,
     Body,
     Camera,

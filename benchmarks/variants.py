@@ -13,10 +13,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from scenarios.drinking import replay
-from scenarios.run import convert_recording
-from scenarios.solution import LIPS
-from scenarios.spec import ScenarioError, library_names, read_scenario
+from scenarios.results.solution import LIPS
+from scenarios.settings.scenario import ScenarioError, library_names, read_scenario
+from scenarios.sip.replay import replay
+from scenarios.sip.run import convert_recording
 
 VARIANTS = (
     "",

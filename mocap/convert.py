@@ -4,35 +4,31 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mocap.boundary import write_boundary_conditions
-from mocap.c3d import write_c3d
-from mocap.chart import write_chart
-from mocap.exchange import motion_table, read_positions, tracks_from
-from mocap.follow import follow
-from mocap.markers import MarkerFile, read_markers
-from mocap.motion import Capture, capture
-from mocap.noise import with_noise_in_time
-from mocap.overlay import write_overlay
-from mocap.phases import LipAtRim, lip_at_rim
-from mocap.scale import (
+from mocap.formats.boundary import write_boundary_conditions
+from mocap.formats.c3d import write_c3d
+from mocap.formats.exchange import motion_table, read_positions, tracks_from
+from mocap.formats.trc import write_trc
+from mocap.measurement import measure
+from mocap.motion.motion import Capture
+from mocap.motion.scale import (
     BodyScale,
     Picture,
-    axis_px,
-    body_scales,
-    flattened,
-    positions_mm,
 )
-from mocap.summary import summary, write_summary
-from mocap.tracks import Tracks, read_tracks
-from mocap.trc import write_trc
-from mocap.video import Video
+from mocap.tracking.follow import follow
+from mocap.tracking.markers import MarkerFile, read_markers
+from mocap.tracking.noise import with_noise_in_time
+from mocap.tracking.tracks import Tracks, read_tracks
+from mocap.video.frames import Video
+from mocap.views.chart import write_chart
+from mocap.views.overlay import write_overlay
+from mocap.views.summary import summary, write_summary
 
 # Called with what is being done, how much of it is done and how much there is (0: not known).
 Progress = Callable[[str, int, int], None]
@@ -76,18 +72,6 @@ class ConvertResult:
     motion: Capture
     scales: dict[str, BodyScale]
     summary: dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """Tracks, scales and motion of one recording, before anything is written."""
-
-    tracks: Tracks
-    scales: dict[str, BodyScale]
-    motion: Capture
-    lip: LipAtRim | None
-    flat_px: np.ndarray[Any, np.dtype[np.float64]]
-    centre_px: np.ndarray[Any, np.dtype[np.float64]]
 
 
 def convert(
@@ -180,36 +164,6 @@ def write_motion_files(motion: Capture, markers: MarkerFile, folder: Path) -> No
     write_trc(table, folder / "motion.trc")
     if table.even:
         write_c3d(table, folder / "motion.c3d")
-
-
-def measure(tracks: Tracks, markers: MarkerFile, picture: Picture) -> Measurement:
-    """Return scales and motions from tracks (gaps bridged) and what the marker file knows."""
-    flat = flattened(tracks.position_px, markers, picture)
-    centre = flattened(axis_px(markers.lens, picture), markers, picture)
-    scales = body_scales(tracks, markers, flat)
-    world = positions_mm(flat, tracks.names, markers, scales, centre)
-    motion = capture(tracks, markers, world, scales)
-    lip = _lip(motion, tracks, markers, scales, picture, centre)
-    return Measurement(tracks, scales, motion, lip, flat, centre)
-
-
-def _lip(
-    motion: Capture,
-    tracks: Tracks,
-    markers: MarkerFile,
-    scales: Mapping[str, BodyScale],
-    picture: Picture,
-    centre: np.ndarray[Any, np.dtype[np.float64]],
-) -> LipAtRim | None:
-    """Return where the upper lip is at the rim; both lie in the middle of face and package."""
-    if markers.style is None or motion.frame[0] != tracks.frame[0]:
-        return None
-    points = markers.style
-    clicked = [points.upper_lip, points.rim_lower, points.rim_upper]
-    scale = scales[markers.moving].px_per_mm[0]
-    away = (flattened(clicked, markers, picture) - centre) / scale * [1.0, -1.0]
-    from_mark = away - motion.origin_mm
-    return lip_at_rim(motion, from_mark[0], from_mark[1:])
 
 
 def option_names() -> list[str]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fem2d.materials.fibres import FIBRES
+from fem2d.materials.fibre_kernels import FIBRES
 from fem2d.materials.material import Array, MaterialError, checked_gradient, compressibility
 
 ISOTROPIC = 1 / 3

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem2d.materials.material import Array, MaterialError, compressibility
-from fem2d.materials.powers import POWERS
 from fem2d.materials.principal import PowerLaw
+from fem2d.materials.principal_kernels import POWERS
 
 
 @dataclass(frozen=True)

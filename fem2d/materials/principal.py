@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fem2d.materials.material import Array, checked_gradient
-from fem2d.materials.powers import powers_points
+from fem2d.materials.principal_kernels import powers_points
 
 
 def principal_response(row: Array, logs: Array) -> tuple[Array, Array, Array, Array]:

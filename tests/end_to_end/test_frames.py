@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from geometry2d.rigid import rotated
-from scenarios.drinking import replay
-from scenarios.run import convert_recording
-from scenarios.solution import Increment
-from scenarios.spec import read_scenario
+from scenarios.results.solution import Increment
+from scenarios.settings.scenario import read_scenario
+from scenarios.sip.replay import replay
+from scenarios.sip.run import convert_recording
 
 pytestmark = pytest.mark.slow
 

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from mocap.convert import ConvertResult, OutputError, convert, measure
-from mocap.exchange import read_positions
-from mocap.follow import follow
-from mocap.link import TrackingError
-from mocap.locate import locate_markers
-from mocap.markers import read_markers
-from mocap.noise import with_noise_in_time
-from mocap.phases import drinking_figures
-from mocap.scale import Picture
-from mocap.video import Video
+from mocap.formats.exchange import read_positions
+from mocap.motion.phases import drinking_figures
+from mocap.motion.scale import Picture
+from mocap.tracking.follow import follow
+from mocap.tracking.link import TrackingError
+from mocap.tracking.locate import locate_markers
+from mocap.tracking.markers import read_markers
+from mocap.tracking.noise import with_noise_in_time
+from mocap.video.frames import Video
 
 ROOT = Path(__file__).parents[2]
 SIP = ROOT / "scenarios" / "library" / "A38-F"

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from mocap.convert import convert
-from scenarios.drinking import Outcome, replay
-from scenarios.solution import Increment
-from scenarios.spec import Scenario, read_scenario
+from scenarios.results.solution import Increment
+from scenarios.settings.scenario import Scenario, read_scenario
+from scenarios.sip.replay import Outcome, replay
 
 pytestmark = pytest.mark.slow
 

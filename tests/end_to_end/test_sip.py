@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import shapely
 
-from fem2d.surface import edge_shapes
+from fem2d.body.surface import edge_shapes
 from geometry2d.rigid import RigidPlacement, rotated
-from scenarios.cli import main
-from scenarios.drinking import Prepared, prepared, replay
-from scenarios.run import convert_recording
-from scenarios.solution import Increment, Solution
-from scenarios.spec import Scenario, read_scenario
+from scenarios.cli.commands import main
+from scenarios.results.solution import Increment, Solution
+from scenarios.settings.scenario import Scenario, read_scenario
+from scenarios.sip.replay import Prepared, prepared, replay
+from scenarios.sip.run import convert_recording
 
 pytestmark = pytest.mark.slow
 

@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry2d.drawn_head import HeadDrawing
-from geometry2d.head import head_section
+from geometry2d.anatomy.head import head_section
+from geometry2d.drawings.drawn_head import HeadDrawing
 from geometry2d.rigid import rotated
-from scenarios.cli import main
-from scenarios.placement import observed
-from scenarios.solution import Solution
-from scenarios.spec import read_scenario
+from scenarios.cli.commands import main
+from scenarios.results.solution import Solution
+from scenarios.settings.scenario import read_scenario
+from scenarios.sip.placement import observed
 
 pytestmark = pytest.mark.slow
 UNTIL_S = "1.5"

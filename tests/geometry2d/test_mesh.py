@@ -10,8 +10,8 @@ import skfem
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from geometry2d.anatomy.head import HeadMeasurements, head_section
 from geometry2d.curves import arc_lengths, nearest_arc_length
-from geometry2d.head import HeadMeasurements, head_section
 from geometry2d.mesh import (
     LEVELS,
     MeshError,
@@ -131,7 +131,7 @@ def test_edges_are_as_long_as_the_size_field_asks_near_contact(lip, reach_mm):
 
 def test_same_input_gives_the_same_bits_in_another_process():
     code = (
-        "import hashlib; from geometry2d.head import head_section;"
+        "import hashlib; from geometry2d.anatomy.head import head_section;"
         "from geometry2d.mesh import LEVELS, section_mesh; h = head_section();"
         "m = section_mesh([h.upper, h.lower], LEVELS['coarse']);"
         "print(hashlib.sha256(m.p.tobytes() + m.t.tobytes()).hexdigest())"

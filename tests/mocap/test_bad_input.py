@@ -13,11 +13,11 @@ from tempfile import mkdtemp
 import av
 import numpy as np
 import pytest
-from clips import Clip
 
 from mocap.convert import convert
-from mocap.synthetic import write_recording
-from mocap.video import Video
+from mocap.synthetic.rendering import write_recording
+from mocap.video.frames import Video
+from tests.support.clips import Clip
 
 DATA = Path(__file__).parents[1] / "data"
 CLIP = Clip(width=480, height=300, px_per_mm=1.45, frames=14)

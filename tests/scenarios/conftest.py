@@ -5,10 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from made_up_sip import COUNT, small_increment, small_model, write_motion, write_small_recording
 
-from scenarios.solution import Increment, Model
-from scenarios.writer import SolutionWriter
+from scenarios.results.solution import Increment, Model
+from scenarios.results.writer import SolutionWriter
+from tests.support.made_up_sip import (
+    COUNT,
+    small_increment,
+    small_model,
+    write_motion,
+    write_small_recording,
+)
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,16 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 import skfem
-from contact_models import (
+from scipy.sparse.linalg import spsolve
+
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
+from fem2d.body.surface import Surface
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.contact.self_contact import TissueContact
+from fem2d.solvers.inertia import Inertia
+from geometry2d.outline import Outline
+from tests.support.contact_models import (
     LIP_PRESS,
     LoadedSystem,
     followed,
@@ -24,15 +33,6 @@ from contact_models import (
     still,
     unknowns,
 )
-from scipy.sparse.linalg import spsolve
-
-from fem2d.body import Body
-from fem2d.friction import FrictionLaw, NormalLaw
-from fem2d.inertia import Inertia
-from fem2d.kinematics import Plane
-from fem2d.surface import Surface
-from fem2d.tissue_contact import TissueContact
-from geometry2d.outline import Outline
 
 ipctk = pytest.importorskip("ipctk")
 

@@ -14,7 +14,7 @@ from skfem.helpers import ddot, grad
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex
 
-from fem2d.homogeneous import Mode, homogeneous_response
+from fem2d.analyses.homogeneous import Mode, homogeneous_response
 from fem2d.materials.library import material_named
 from fem2d.materials.material import Array, Material
 

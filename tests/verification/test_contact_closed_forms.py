@@ -8,7 +8,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_models import (
+
+from fem2d.body.surface import Surface
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.contact.rigid import RigidContact
+from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.newton import NewtonSettings
+from geometry2d.outline import Outline
+from scenarios.sip.measures import ContactLine
+from tests.support.contact_models import (
     LoadedSystem,
     block,
     followed,
@@ -21,14 +29,6 @@ from contact_models import (
     still,
     unknowns,
 )
-
-from fem2d.contact import RigidContact
-from fem2d.friction import FrictionLaw, NormalLaw
-from fem2d.inertia import Inertia
-from fem2d.newton import NewtonSettings
-from fem2d.surface import Surface
-from geometry2d.outline import Outline
-from scenarios.measures import ContactLine
 
 QUASI_STATIC = Inertia(0.0)
 NO_FRICTION = FrictionLaw(0.0)

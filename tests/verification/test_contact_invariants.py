@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_models import FINE, LIP_PRESS, followed, force_on_tissue, lip_press, path
 
-from fem2d.friction import FrictionLaw, NormalLaw
-from fem2d.linear import Pardiso, SuperLu, fastest_solver
-from fem2d.march import SURPRISE, MarchStatus, StepSettings, march
-from fem2d.newton import NewtonSettings
-from fem2d.step import attempt
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.solvers.linear import Pardiso, SuperLu, fastest_solver
+from fem2d.solvers.march import SURPRISE, MarchStatus, StepSettings, march
+from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.step import attempt
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
+from tests.support.contact_models import FINE, LIP_PRESS, followed, force_on_tissue, lip_press, path
 
 MODEL = {"columns": 50, "rows": 10, "points": 3, "friction": FrictionLaw(0.3, 10.0)}
 

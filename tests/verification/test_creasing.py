@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from fem2d.creasing import CreasingError, creasing
-from fem2d.kinematics import Plane
+from fem2d.analyses.creasing import CreasingError, creasing
+from fem2d.analyses.wrinkling import Layer, wrinkling
+from fem2d.body.kinematics import Plane
 from fem2d.materials.library import material_named
 from fem2d.materials.neo_hookean import NeoHookean
-from fem2d.stability import Layer, wrinkling
 
 pytestmark = pytest.mark.slow
 

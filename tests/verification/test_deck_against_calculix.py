@@ -13,15 +13,15 @@ import pytest
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
-from fem2d.body import Body
-from fem2d.deck import displaced_tissue_deck
-from fem2d.inertia import Inertia
-from fem2d.kinematics import Plane
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
+from fem2d.body.surface import Surface
+from fem2d.export.deck import displaced_tissue_deck
+from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
-from fem2d.surface import Surface
-from fem2d.system import System
-from fem2d.tie import ElasticTie
-from geometry2d.head import head_section
+from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.model import System
+from geometry2d.anatomy.head import head_section
 from geometry2d.mesh import LEVELS, section_mesh
 
 pytestmark = [

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fem2d.elements import ELEMENTS
-from fem2d.homogeneous import HomogeneousError, Mode, homogeneous_response
+from fem2d.analyses.homogeneous import HomogeneousError, Mode, homogeneous_response
+from fem2d.body.elements import ELEMENTS
 from fem2d.materials.library import material_named
 from fem2d.materials.material import MaterialError
-from scenarios.element import (
+from scenarios.results.output import OutputError
+from scenarios.studies.element import (
     COLUMNS,
     ElementOptions,
     ElementStudyError,
@@ -21,8 +22,7 @@ from scenarios.element import (
     element_study,
     figure_materials,
 )
-from scenarios.element_types import beam_tip, square_stresses, zero_energy_modes
-from scenarios.output import OutputError
+from scenarios.studies.element_types import beam_tip, square_stresses, zero_energy_modes
 
 
 def rows_of(path: Path) -> tuple[list[str], np.ndarray]:

@@ -8,14 +8,21 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from contact_models import LoadedSystem, block, followed, linear_elastic, still, unknowns
-from test_tissue_contact import between, joined
 
-from fem2d.body import Body
-from fem2d.friction import FrictionLaw, NormalLaw
-from fem2d.inertia import Inertia
-from fem2d.kinematics import Plane
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.solvers.inertia import Inertia
 from geometry2d.rigid import rotated
+from tests.support.contact_models import (
+    LoadedSystem,
+    block,
+    followed,
+    linear_elastic,
+    still,
+    unknowns,
+)
+from tests.support.two_bodies import between, joined
 
 GAP_MM, PRESSED_MM = 0.1, 0.02
 

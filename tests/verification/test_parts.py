@@ -4,23 +4,23 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from contact_models import FINE, block, linear_elastic
-from test_tissue_contact import between, joined
 
-import fem2d.step
-from fem2d.body import BodyError
-from fem2d.contact import RigidContact
-from fem2d.friction import FrictionLaw, NormalLaw
-from fem2d.inertia import Inertia
-from fem2d.linear import SuperLu, fastest_solver
-from fem2d.load import Amplitude, DeadLoad
-from fem2d.march import MarchStatus, StepSettings, march
-from fem2d.parts import parts_of, piece_of_node, touch_one_another
-from fem2d.surface import Surface
-from fem2d.system import System
-from fem2d.tie import ElasticTie
+import fem2d.solvers.step
+from fem2d.body.body import BodyError
+from fem2d.body.surface import Surface
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.contact.rigid import RigidContact
+from fem2d.loads.dead import Amplitude, DeadLoad
+from fem2d.loads.tie import ElasticTie
+from fem2d.solvers.components import parts_of, piece_of_node, touch_one_another
+from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.linear import SuperLu, fastest_solver
+from fem2d.solvers.march import MarchStatus, StepSettings, march
+from fem2d.solvers.model import System
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
+from tests.support.contact_models import FINE, block, linear_elastic
+from tests.support.two_bodies import between, joined
 
 GAP_MM = 0.3
 
@@ -119,7 +119,7 @@ def test_a_part_balances_as_it_does_in_the_whole():
 def test_what_touches_nothing_of_the_other_takes_no_iterations_of_the_whole(monkeypatch):
     system, motion = two_blocks(), pushed(0.1)
     asked = []
-    solved = fem2d.step.solve
+    solved = fem2d.solvers.step.solve
 
     def watched(balance_at, start, **options):
         result, balance = solved(balance_at, start, **options)
@@ -127,7 +127,7 @@ def test_what_touches_nothing_of_the_other_takes_no_iterations_of_the_whole(monk
             asked.append(result.iterations)
         return result, balance
 
-    monkeypatch.setattr(fem2d.step, "solve", watched)
+    monkeypatch.setattr(fem2d.solvers.step, "solve", watched)
     commits = marched(system, motion)
     assert max(commit.contacts[0].energy for commit in commits) > 0
     assert len(asked) >= len(commits)
@@ -143,7 +143,7 @@ def test_parts_and_whole_go_the_same_way(monkeypatch, down_mm):
     together = [touch_one_another(piece, commit.folds) for commit in commits]
     assert any(together) == (down_mm > GAP_MM)
     assert not together[0]
-    monkeypatch.setattr(fem2d.step, "parts_of", lambda system: ())
+    monkeypatch.setattr(fem2d.solvers.step, "parts_of", lambda system: ())
     assert max(commit.newton.imbalance for commit in commits) <= FINE.tolerance
     whole = marched(system, motion)
     found, expected = commits[-1].state.displacement, whole[-1].state.displacement

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from prototype_problems import Case, force_on_tissue, model, penetration_mm, run
 
-from fem2d.march import MarchStatus
+from fem2d.solvers.march import MarchStatus
 
 
 def test_pressed_and_dragged_block():

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 import skfem
 
-from fem2d.body import Body
-from fem2d.kinematics import Plane
-from fem2d.linear import fastest_solver
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
+from fem2d.body.surface import Surface
+from fem2d.loads.pressure import FollowerPressure
 from fem2d.materials.material import compressibility
 from fem2d.materials.neo_hookean import NeoHookean
-from fem2d.pressure import FollowerPressure
-from fem2d.statics import (
+from fem2d.solvers.linear import fastest_solver
+from fem2d.solvers.static import (
     Load,
     Reach,
     StaticsError,
@@ -22,7 +23,6 @@ from fem2d.statics import (
     equilibrium,
     settle,
 )
-from fem2d.surface import Surface
 
 INNER_MM, OUTER_MM = 1.0, 1.2
 SHEAR_MPA = 1.0

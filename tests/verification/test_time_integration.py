@@ -8,13 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_models import LoadedSystem, block, linear_elastic, side_pressure, still, unknowns
 from scipy.integrate import solve_ivp
 
-from fem2d.inertia import Inertia
-from fem2d.linear import fastest_solver
-from fem2d.march import MarchStatus, StepSettings, march
-from fem2d.newton import NewtonSettings
+from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.linear import fastest_solver
+from fem2d.solvers.march import MarchStatus, StepSettings, march
+from fem2d.solvers.newton import NewtonSettings
+from tests.support.contact_models import (
+    LoadedSystem,
+    block,
+    linear_elastic,
+    side_pressure,
+    still,
+    unknowns,
+)
 
 END_S = 1.0
 EXACTLY = NewtonSettings(tolerance=1e-8, force_floor_n=1e-6)

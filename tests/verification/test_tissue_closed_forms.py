@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from fem2d.homogeneous import Mode, homogeneous_response
+from fem2d.analyses.homogeneous import Mode, homogeneous_response
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.library import material_named
 from fem2d.materials.material import Array

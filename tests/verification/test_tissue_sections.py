@@ -7,7 +7,17 @@ import math
 import numpy as np
 import pytest
 import skfem
-from section_problems import (
+from skfem.helpers import ddot, grad
+
+from fem2d.body.body import Body
+from fem2d.body.elements import element_named
+from fem2d.body.kinematics import Plane
+from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
+from fem2d.materials.library import material_named
+from fem2d.materials.material import Array, Material
+from fem2d.materials.neo_hookean import NeoHookean
+from fem2d.solvers.static import equilibrium
+from tests.support.section_problems import (
     at_rest,
     cook,
     inflated,
@@ -16,16 +26,6 @@ from section_problems import (
     quarter_ring,
     squares,
 )
-from skfem.helpers import ddot, grad
-
-from fem2d.body import Body
-from fem2d.elements import element_named
-from fem2d.kinematics import Plane
-from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
-from fem2d.materials.library import material_named
-from fem2d.materials.material import Array, Material
-from fem2d.materials.neo_hookean import NeoHookean
-from fem2d.statics import equilibrium
 
 DERMIS = material_named("L2-Ogden/dermis")
 FIBRES = HolzapfelGasserOgden.from_poisson(

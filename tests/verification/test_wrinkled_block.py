@@ -9,13 +9,13 @@ import pytest
 import skfem
 from creasing import squeezed
 
-from fem2d.body import Body
-from fem2d.instability import Instability, softest_mode
-from fem2d.kinematics import Plane
-from fem2d.linear import fastest_solver
-from fem2d.march import Commit, MarchResult, MarchStatus, StepSettings, march
+from fem2d.analyses.wrinkling import Layer, wrinkling
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
 from fem2d.materials.library import configuration
-from fem2d.stability import Layer, wrinkling
+from fem2d.solvers.linear import fastest_solver
+from fem2d.solvers.march import Commit, MarchResult, MarchStatus, StepSettings, march
+from fem2d.solvers.stability import Instability, softest_mode
 from geometry2d.rigid import RigidMotion
 
 pytestmark = pytest.mark.slow

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from section_problems import at_rest, squares
 
-from fem2d.body import Body
-from fem2d.kinematics import Plane
+from fem2d.analyses.wrinkling import Layer, StabilityError, wrinkling
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
 from fem2d.materials.library import configuration
 from fem2d.materials.neo_hookean import NeoHookean
-from fem2d.stability import Layer, StabilityError, wrinkling
-from fem2d.statics import equilibrium
+from fem2d.solvers.static import equilibrium
+from tests.support.section_problems import at_rest, squares
 
 BULK = NeoHookean.from_poisson(0.0041867, 0.49)
 SURFACE = [Layer(configuration("L2-Ogden")["dermis"], 1.2), Layer(BULK, 10.8)]

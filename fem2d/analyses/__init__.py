@@ -1,0 +1,1 @@
+"""Answers from one material point or one wave: homogeneous stretch, wrinkling, creasing."""

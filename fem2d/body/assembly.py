@@ -1,0 +1,284 @@
+"""The compiled loop over elements: energy, nodal forces and stiffness of a body."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.body.kinematics import AXISYMMETRIC
+from fem2d.body.section_fibres import fibres_section
+from fem2d.body.section_principal import powers_section
+from fem2d.materials.fibre_kernels import FIBRES, fibres_volume
+from fem2d.materials.material import Array
+from fem2d.materials.principal_kernels import powers_volume
+from geometry2d.compiled import compiled
+
+Index = NDArray[np.int64]
+Index32 = NDArray[np.int32]
+
+
+@compiled
+def work_space(row_length: int) -> tuple[Array, Array]:
+    """Return the ``block`` and ``scratch`` of :func:`section_response` for rows of this length."""
+    return np.empty((3, 3)), np.empty((max(6, row_length), 6))
+
+
+@compiled
+def section_response(
+    row: Array,
+    plane: int,
+    x: Array,
+    pressure: float,
+    mixed: bool,
+    order: int,
+    projected: bool,
+    P: Array,
+    A: Array,
+    block: Array,
+    scratch: Array,
+) -> tuple[float, bool]:
+    """Call the law that ``row`` describes; arguments as of its function."""
+    if row[0] == FIBRES:
+        return fibres_section(row, plane, x, pressure, mixed, order, projected, P, A, scratch)
+    return powers_section(row, plane, x, pressure, mixed, order, projected, P, A, block, scratch)
+
+
+@compiled
+def volume_response(row: Array, v: float) -> tuple[float, float, float]:
+    """Return U, dU/dJ, d²U/dJ² of the law that ``row`` describes at v = ln J."""
+    if row[0] == FIBRES:
+        return fibres_volume(row, v)
+    return powers_volume(row, math.expm1(v))
+
+
+@compiled
+def section_entries(
+    u: Array,
+    connectivity: Index,
+    gradients: Array,
+    values: Array,
+    radius: Array,
+    plane: int,
+    entries: Array,
+) -> None:
+    """Fill the section entries (e, q, 5) of every integration point; in plane stress F₃₃ is 1."""
+    elements, points = radius.shape
+    for e in range(elements):
+        for q in range(points):
+            gradient_at(
+                u, connectivity[e], gradients[e, q], values[q], radius[e, q], plane, entries[e, q]
+            )
+
+
+@compiled
+def section_stresses(
+    entries: Array, rows: Array, row_of: Index, plane: int, energy: Array, stress: Array
+) -> None:
+    """Fill ψ (e, q) and the first Piola–Kirchhoff stress (e, q, 5) at section entries (e, q, 5).
+
+    In plane stress the entries get their F₃₃. A point that is not admissible gets an infinite
+    energy.
+    """
+    A = np.zeros((5, 5))
+    block, scratch = work_space(rows.shape[1])
+    elements, points = energy.shape
+    for e in range(elements):
+        for q in range(points):
+            energy[e, q], _ = section_response(
+                rows[row_of[e]], plane, entries[e, q], 0.0, False, 1, False, stress[e, q], A, block,
+                scratch,
+            )  # fmt: skip
+
+
+@compiled
+def gradient_at(
+    u: Array, nodes: Index, gradients: Array, values: Array, radius: float, plane: int, x: Array
+) -> None:
+    """Fill the section entries ``x`` (5,) at one point: F = I + Σ u_a ⊗ ∇N_a, F₃₃ = 1 + u_r/R."""
+    x[0] = x[3] = x[4] = 1.0
+    x[1] = x[2] = 0.0
+    for a in range(nodes.shape[0]):
+        ux, uy = u[nodes[a], 0], u[nodes[a], 1]
+        gx, gy = gradients[a, 0], gradients[a, 1]
+        x[0] += ux * gx
+        x[1] += ux * gy
+        x[2] += uy * gx
+        x[3] += uy * gy
+        if plane == AXISYMMETRIC:
+            x[4] += ux * values[a] / radius
+
+
+@compiled
+def mean_dilatation(
+    u: Array,
+    nodes: Index,
+    gradients: Array,
+    values: Array,
+    weights: Array,
+    radius: Array,
+    plane: int,
+    x: Array,
+) -> tuple[float, float]:
+    """Return the volume of an element and ln of its mean volume ratio (nan if some J ≤ 0)."""
+    volume = excess = 0.0
+    for q in range(weights.shape[0]):
+        gradient_at(u, nodes, gradients[q], values[q], radius[q], plane, x)
+        J = (x[0] * x[3] - x[1] * x[2]) * x[4]
+        if not (J > 0.0 and x[4] > 0.0):
+            return volume, math.nan
+        volume += weights[q]
+        excess += weights[q] * (J - 1.0)
+    return volume, math.log1p(excess / volume)
+
+
+@compiled
+def assemble(
+    u: Array,
+    connectivity: Index,
+    gradients: Array,
+    values: Array,
+    weights: Array,
+    radius: Array,
+    rows: Array,
+    row_of: Index,
+    plane: int,
+    mixed: bool,
+    order: int,
+    projected: bool,
+    first_slot: Index32,
+    row_length: Index,
+    first: int,
+    last: int,
+    force: Array,
+    data: Array,
+) -> float:
+    """Add nodal forces (n, 2) and stiffness (nnz,) of some elements into arrays; return the energy.
+
+    Elements are taken one after another in their order, so the sums always come out the same. An
+    inadmissible point makes the energy infinite and contributes nothing.
+
+    Parameters
+    ----------
+    u
+        (n, 2) displacements, mm.
+    connectivity, gradients, values, weights, radius
+        (e, a) nodes, (e, q, a, 2) shape gradients, (q, a) shape functions, (e, q) volumes that
+        the points stand for (mm³), (e, q) distances from the axis (mm; unused unless axisymmetric).
+    rows, row_of
+        (m, k) material rows and (e,) which one each element has.
+    plane, mixed, order, projected
+        The section assumption; whether volumetric energies are those of element means; 0 energy,
+        1 also force, 2 also stiffness; whether point tangents are clamped.
+    first_slot, row_length
+        (e, a, a) data position of each pair of nodes, (n,) entries in a row of a node.
+    first, last
+        Elements first … last − 1 are summed.
+    force, data
+        Where the sums go.
+    """
+    count = connectivity.shape[1]
+    points = weights.shape[1]
+    x, P = np.empty(5), np.empty(5)
+    A = np.zeros((5, 5))
+    block, scratch = work_space(rows.shape[1])
+    n = 2 * count
+    fe, ke = np.empty(n), np.empty((n, n))
+    dJ = np.empty(n)
+    energy = 0.0
+    for e in range(first, last):
+        row = rows[row_of[e]]
+        nodes = connectivity[e]
+        pressure = volume = second = 0.0
+        if mixed:
+            volume, v = mean_dilatation(
+                u, nodes, gradients[e], values, weights[e], radius[e], plane, x
+            )
+            if not math.isfinite(v):
+                energy = math.inf
+                continue
+            volumetric, pressure, second = volume_response(row, v)
+            energy += volume * volumetric
+            dJ[:] = 0.0
+        fe[:] = 0.0
+        ke[:, :] = 0.0
+        admissible = True
+        for q in range(points):
+            grads, shape = gradients[e, q], values[q]
+            gradient_at(u, nodes, grads, shape, radius[e, q], plane, x)
+            density, admissible = section_response(
+                row, plane, x, pressure, mixed, order, projected, P, A, block, scratch
+            )
+            if not admissible:
+                break
+            w = weights[e, q]
+            energy += w * density
+            if order == 0:
+                continue
+            hoop = 1.0 / radius[e, q] if plane == AXISYMMETRIC else 0.0
+            for a in range(count):
+                gx, gy = grads[a, 0], grads[a, 1]
+                fe[2 * a] += w * (P[0] * gx + P[1] * gy + P[4] * shape[a] * hoop)
+                fe[2 * a + 1] += w * (P[2] * gx + P[3] * gy)
+                if mixed:
+                    area = x[0] * x[3] - x[1] * x[2]
+                    dJ[2 * a] += w * (x[4] * (x[3] * gx - x[2] * gy) + area * shape[a] * hoop)
+                    dJ[2 * a + 1] += w * x[4] * (x[0] * gy - x[1] * gx)
+            if order == 2:
+                add_stiffness(w, A, grads, shape, hoop, plane == AXISYMMETRIC, ke)
+        if not admissible:
+            energy = math.inf
+            continue
+        if order == 0:
+            continue
+        for a in range(count):
+            force[nodes[a], 0] += fe[2 * a]
+            force[nodes[a], 1] += fe[2 * a + 1]
+        if order == 1:
+            continue
+        if mixed and not (projected and second < 0.0):
+            for i in range(n):
+                scaled = second / volume * dJ[i]
+                for j in range(i, n):
+                    ke[i, j] += scaled * dJ[j]
+        for a in range(count):
+            length = row_length[nodes[a]]
+            for b in range(count):
+                slot = first_slot[e, a, b]
+                for i in range(2):
+                    for k in range(2):
+                        r, c = 2 * a + i, 2 * b + k
+                        data[slot + i * length + k] += ke[r, c] if r <= c else ke[c, r]
+    return energy
+
+
+@compiled
+def add_stiffness(
+    w: float, A: Array, grads: Array, shape: Array, hoop: float, third: bool, ke: Array
+) -> None:
+    """Add ``w · Bᵀ A B`` of one point to the upper triangle of an element stiffness.
+
+    Node b moving along x (y) changes entry m of P by x_m (y_m); ∇N_a takes that to forces.
+    """
+    for b in range(grads.shape[0]):
+        gx, gy = w * grads[b, 0], w * grads[b, 1]
+        x0, y0 = A[0, 0] * gx + A[0, 1] * gy, A[0, 2] * gx + A[0, 3] * gy
+        x1, y1 = A[1, 0] * gx + A[1, 1] * gy, A[1, 2] * gx + A[1, 3] * gy
+        x2, y2 = A[2, 0] * gx + A[2, 1] * gy, A[2, 2] * gx + A[2, 3] * gy
+        x3, y3 = A[3, 0] * gx + A[3, 1] * gy, A[3, 2] * gx + A[3, 3] * gy
+        if third:
+            ring = w * hoop * shape[b]
+            x0, x1 = x0 + A[0, 4] * ring, x1 + A[1, 4] * ring
+            x2, x3 = x2 + A[2, 4] * ring, x3 + A[3, 4] * ring
+            x4 = A[4, 0] * gx + A[4, 1] * gy + A[4, 4] * ring
+            y4 = A[4, 2] * gx + A[4, 3] * gy
+            for a in range(b + 1):
+                ke[2 * a, 2 * b] += shape[a] * hoop * x4
+                ke[2 * a, 2 * b + 1] += shape[a] * hoop * y4
+        for a in range(b + 1):
+            hx, hy = grads[a, 0], grads[a, 1]
+            ke[2 * a, 2 * b] += hx * x0 + hy * x1
+            ke[2 * a, 2 * b + 1] += hx * y0 + hy * y1
+            ke[2 * a + 1, 2 * b] += hx * x2 + hy * x3
+            ke[2 * a + 1, 2 * b + 1] += hx * y2 + hy * y3

@@ -1,0 +1,1 @@
+"""Contact with friction: scalar laws, gap kinematics, rigid outlines, tissue on tissue."""

@@ -1,0 +1,422 @@
+"""Contact of tissue with a rigid outline: forces, stiffness and trial history.
+
+The virtual work of contact is ``∫ (p n + τ t)·δx dS`` over the reference surface, integrated at
+points that carry their own friction history: the nodes, or Gauss points (`fem2d.body.surface`).
+Pressure and friction come from `fem2d.contact.laws`, gap and slip from `fem2d.contact.gap`.
+Evaluating is pure: the history handed in is that of the last committed instant, the history handed
+out is a trial that becomes committed only if the caller keeps it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.body.surface import Surface
+from fem2d.contact.gap import point_gap
+from fem2d.contact.laws import FrictionLaw, NormalLaw, pressure_of_gap, traction_of_slip
+from geometry2d.compiled import compiled
+from geometry2d.outline import Outline, project_point
+from geometry2d.rigid import RigidPlacement, rotated
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+REACH_MM = 1.0
+"""Points farther than this from the outline's box cannot touch it; they are not projected."""
+
+SURELY_OPEN_MM = 0.1
+"""A point between nodes that a node's gap keeps farther away than this is not projected."""
+
+POINTS_TO_LOOK_AT = 9
+"""Gauss points of an edge at which its penetration is told."""
+
+ENTRY_TRIALS = 3
+"""Trials of false position for where a point enters an outline; the first is exact for a line."""
+
+
+@dataclass(frozen=True)
+class ContactHistory:
+    """What friction remembers of each point at a committed instant.
+
+    Attributes
+    ----------
+    body_position
+        (m, q, 2) where in the rigid body's frame slip is counted from, mm: the point's position at
+        the committed instant; in a step in which the body reaches the point, where it does.
+    traction
+        (m, q) tangential traction, MPa, positive along ``t = (−n_y, n_x)``.
+    """
+
+    body_position: Array
+    traction: Array
+
+
+@dataclass(frozen=True)
+class ContactPoints:
+    """Everything known at the points of a contact pair, arrays (m, q) unless stated.
+
+    Pressure and shear are per reference length here; divide by the surface stretch for true values.
+    """
+
+    gap: Array
+    """Signed distance, mm; a lower bound of it farther than `REACH_MM` from the outline's box, and
+    between nodes farther than `SURELY_OPEN_MM`."""
+    normal: Array
+    """(m, q, 2) outward normal of the rigid body, in the tissue's frame; zero out of reach."""
+    pressure: Array
+    shear: Array
+    slipping: NDArray[np.bool_]
+    outline_arc: Array
+    traction: Array
+    """(m, q, 2) traction on the tissue, MPa per reference length."""
+    slope: Array
+    """(m, q, 2, 2) derivative of the traction with respect to the position, MPa/mm."""
+    safe_slope: Array
+    """(m, q, 2, 2) symmetric, negative semi-definite stand-in for it: the penalty along the normal
+    and the sticking resistance along the tangent, without the turning of the normal."""
+
+
+@dataclass(frozen=True)
+class ContactResponse:
+    """Contact forces at one trial state.
+
+    Attributes
+    ----------
+    energy
+        Energy stored in the normal penalty, N mm.
+    edges
+        (j,) edges that touch; the arrays below belong to them.
+    dofs, force
+        (j, 2k) degrees of freedom and forces on the tissue, N.
+    points
+        Values at all points.
+    history
+        Trial history: commit it by handing it to the next increment.
+    """
+
+    energy: float
+    edges: Index
+    dofs: Index
+    force: Array
+    points: ContactPoints
+    history: ContactHistory
+
+
+@dataclass(frozen=True)
+class RigidContact:
+    """One stretch of tissue surface against one rigid outline.
+
+    Parameters
+    ----------
+    name
+        What reports call this pair.
+    surface
+        The tissue's side.
+    outline
+        The rigid body's side, in the body's frame.
+    normal, friction
+        The laws.
+    moving
+        Whether the rigid body follows the prescribed motion, or stands still in the head frame.
+    """
+
+    name: str
+    surface: Surface
+    outline: Outline
+    normal: NormalLaw
+    friction: FrictionLaw
+    moving: bool = True
+
+    @cached_property
+    def _box(self) -> Array:
+        return np.array(self.outline.box)
+
+    @cached_property
+    def _is_between(self) -> NDArray[np.bool_]:
+        """(m q,) which points lie between nodes."""
+        return np.tile(self.surface.is_between, len(self.surface.edges))
+
+    @cached_property
+    def _allowance(self) -> Array:
+        """(m q,) penetration up to which each point bears nothing, mm."""
+        return np.where(self._is_between, self.normal.allowance_mm, 0.0)
+
+    def initial_history(self, displacement: Array, placement: RigidPlacement) -> ContactHistory:
+        """Return the history of a surface on which no friction acts yet."""
+        position = placement.pull_back(self.surface.positions(displacement))
+        return ContactHistory(position, np.zeros(position.shape[:2]))
+
+    def reached(
+        self, history: ContactHistory, displacement: Array, placement: RigidPlacement
+    ) -> ContactHistory:
+        """Return the history for a step that is expected to lead to ``displacement`` (n, 2), mm.
+
+        A point that meets the rigid body on its way starts to stick where it does. Were its slip
+        counted from the start of the step, the way travelled through air would count as slip: the
+        point would begin its contact at the limit of friction, however it is touched, and what the
+        lip remembers of that would depend on the length of the steps.
+        """
+        met = _where_met(
+            history.body_position.reshape(-1, 2),
+            placement.pull_back(self.surface.positions(displacement)).reshape(-1, 2),
+            self.outline.start,
+            self.outline.curvature,
+            self.outline.centre,
+            self.outline.breaks,
+            self._box,
+            self._allowance,
+        )
+        return replace(history, body_position=met.reshape(history.body_position.shape))
+
+    def response(
+        self, displacement: Array, placement: RigidPlacement, before: ContactHistory
+    ) -> ContactResponse:
+        """Return forces, stiffness and trial history at ``displacement`` (n, 2), mm."""
+        position = self.surface.positions(displacement)
+        shape = position.shape[:2]
+        raw = _evaluate(
+            position.reshape(-1, 2),
+            before.body_position.reshape(-1, 2),
+            before.traction.reshape(-1),
+            placement.angle_rad,
+            placement.shift_mm[0],
+            placement.shift_mm[1],
+            self.outline.start,
+            self.outline.curvature,
+            self.outline.centre,
+            self.outline.breaks,
+            self._box,
+            self.normal.stiffness_mpa_per_mm,
+            self.normal.ramp_mm,
+            self._is_between,
+            self._allowance,
+            self.friction.coefficient,
+            self.friction.stiffness_mpa_per_mm,
+        )
+        energy, gap, normal, pressure, shear, slipping, arc, body, traction, slope, safe = raw
+        edges = np.flatnonzero(np.any(pressure.reshape(shape) > 0, axis=1))
+        points = ContactPoints(
+            gap.reshape(shape),
+            normal.reshape(*shape, 2),
+            pressure.reshape(shape),
+            shear.reshape(shape),
+            slipping.reshape(shape),
+            arc.reshape(shape),
+            traction.reshape(*shape, 2),
+            slope.reshape(*shape, 2, 2),
+            safe.reshape(*shape, 2, 2),
+        )
+        dofs, force = self.surface.assembled_force(points.traction[edges], edges)
+        return ContactResponse(
+            energy=float(np.sum(energy.reshape(shape) * self.surface.weight)),
+            edges=edges,
+            dofs=dofs,
+            force=force,
+            points=points,
+            history=ContactHistory(body.reshape(*shape, 2), shear.reshape(shape)),
+        )
+
+    def stiffness(self, response: ContactResponse, *, safe: bool = False) -> Array:
+        """Return the derivative (j, 2k, 2k) of ``response.force``, N/mm, or its safe stand-in."""
+        slope = response.points.safe_slope if safe else response.points.slope
+        return self.surface.assembled_stiffness(slope[response.edges], response.edges)
+
+    def deepest(
+        self, displacement: Array, placement: RigidPlacement, response: ContactResponse
+    ) -> float:
+        """Return the deepest penetration, mm, anywhere on the surface, between its points too.
+
+        There an edge may sink over a corner of the outline: between points a distance s apart, over
+        a corner of radius r, by about s²/(8r).
+        """
+        length = self.surface.reference_speed.max(axis=1)
+        near = response.points.gap.min(axis=1) < 0.5 * length
+        if not near.any():
+            return 0.0
+        edges = Surface(
+            self.surface.edges[near], self.surface.nodes, points_per_edge=POINTS_TO_LOOK_AT
+        )
+        position = edges.positions(displacement).reshape(-1, 2)
+        distance = self.outline.project(placement.pull_back(position)).distance
+        return max(0.0, -float(distance.min()), -float(response.points.gap.min()))
+
+    def held_friction(self, response: ContactResponse) -> ContactResponse:
+        """Return the response with friction that slips held at its present value.
+
+        Sliding friction follows the pressure, which has no potential; without that coupling
+        ``t·(∂f/∂x)·n`` the stiffness tells whether an equilibrium is a minimum.
+        """
+        points = response.points
+        tangent = np.stack([-points.normal[..., 1], points.normal[..., 0]], axis=-1)
+        coupling = np.einsum("mqc,mqcd,mqd->mq", tangent, points.slope, points.normal)
+        follows = coupling[..., None, None] * tangent[..., :, None] * points.normal[..., None, :]
+        return replace(response, points=replace(points, slope=points.slope - follows))
+
+    def force_of_moving_body(
+        self,
+        displacement: Array,
+        before: RigidPlacement,
+        after: RigidPlacement,
+        response: ContactResponse,
+    ) -> Array:
+        """Return the forces (j, 2k), N, on ``response.dofs`` that the body's motion adds.
+
+        To first order, moving the rigid body by ``d`` while the tissue stands still is moving the
+        tissue by ``−d`` relative to it, and turning the traction with the body; a Newton step needs
+        this to foresee where a sticking surface goes. ``response`` belongs to ``displacement`` and
+        ``before``.
+        """
+        edges = response.edges
+        position = self.surface.positions(displacement)[edges]
+        carried = after.apply(before.pull_back(position)) - position
+        here = response.points.traction[edges]
+        relative = here - np.einsum("mqcd,mqd->mqc", response.points.slope[edges], carried)
+        change = rotated(relative, after.angle_rad - before.angle_rad) - here
+        return self.surface.assembled_force(change, edges)[1]
+
+
+@compiled
+def _where_met(
+    before: Array,
+    after: Array,
+    start: Array,
+    curvature: Array,
+    centre: Array,
+    breaks: Array,
+    box: Array,
+    allowance: Array,
+) -> Array:
+    """Return where points (n, 2) that go straight from ``before`` to ``after`` enter the outline.
+
+    All in the body's frame. Points that do not enter are returned as they were before.
+    """
+    met = before.copy()
+    for i in range(before.shape[0]):
+        x, y = before[i, 0], before[i, 1]
+        end_x, end_y = after[i, 0], after[i, 1]
+        if end_x < box[0] or end_x > box[2] or end_y < box[1] or end_y > box[3]:
+            continue
+        end = project_point(end_x, end_y, start, curvature, centre, breaks)[0] + allowance[i]
+        if end >= 0.0:
+            continue
+        beginning = project_point(x, y, start, curvature, centre, breaks)[0] + allowance[i]
+        if beginning <= 0.0:
+            continue
+        outside, gap_outside, inside, gap_inside = 0.0, beginning, 1.0, end
+        for _ in range(ENTRY_TRIALS):
+            share = outside + (inside - outside) * gap_outside / (gap_outside - gap_inside)
+            met[i, 0], met[i, 1] = x + share * (end_x - x), y + share * (end_y - y)
+            gap = project_point(met[i, 0], met[i, 1], start, curvature, centre, breaks)[0]
+            gap += allowance[i]
+            if gap > 0.0:
+                outside, gap_outside = share, gap
+            else:
+                inside, gap_inside = share, gap
+    return met
+
+
+@compiled
+def _evaluate(
+    position: Array,
+    body_before: Array,
+    traction_before: Array,
+    angle: float,
+    shift_x: float,
+    shift_y: float,
+    start: Array,
+    curvature: Array,
+    centre: Array,
+    breaks: Array,
+    box: Array,
+    normal_stiffness: float,
+    ramp: float,
+    is_between: NDArray[np.bool_],
+    allowance: Array,
+    coefficient: float,
+    tangential_stiffness: float,
+) -> tuple[NDArray[Any], ...]:
+    """Evaluate all points of a pair; see `ContactPoints` for the meaning of what is returned."""
+    count = position.shape[0]
+    energy = np.zeros(count)
+    gap = np.empty(count)
+    normal = np.zeros((count, 2))
+    pressure = np.zeros(count)
+    shear = np.zeros(count)
+    slipping = np.zeros(count, np.bool_)
+    arc = np.zeros(count)
+    body = np.empty((count, 2))
+    traction = np.zeros((count, 2))
+    slope = np.zeros((count, 2, 2))
+    safe = np.zeros((count, 2, 2))
+    cosine, sine = np.cos(angle), np.sin(angle)
+    node = 0
+    for i in range(count):
+        dx, dy = position[i, 0] - shift_x, position[i, 1] - shift_y
+        body[i, 0], body[i, 1] = cosine * dx + sine * dy, -sine * dx + cosine * dy
+        if is_between[i]:
+            # A distance changes by no more than the way between two points.
+            away = np.hypot(position[i, 0] - position[node, 0], position[i, 1] - position[node, 1])
+            gap[i] = gap[node] - away
+            if gap[i] > SURELY_OPEN_MM:
+                continue
+        else:
+            node = i
+        beside = max(box[0] - body[i, 0], body[i, 0] - box[2], 0.0)
+        above = max(box[1] - body[i, 1], body[i, 1] - box[3], 0.0)
+        gap[i] = np.hypot(beside, above)
+        if gap[i] > REACH_MM:
+            continue
+        g, nx, ny, h, arc[i], body[i, 0], body[i, 1], slip, travel = point_gap(
+            position[i, 0],
+            position[i, 1],
+            cosine,
+            sine,
+            shift_x,
+            shift_y,
+            body_before[i, 0],
+            body_before[i, 1],
+            start,
+            curvature,
+            centre,
+            breaks,
+        )
+        gap[i] = g
+        normal[i, 0], normal[i, 1] = nx, ny
+        psi, p, dp = pressure_of_gap(g + allowance[i], normal_stiffness, ramp)
+        if p == 0.0:
+            continue
+        energy[i] = psi
+        pressure[i] = p
+        tau, by_slip, by_pressure, slipping[i] = traction_of_slip(
+            traction_before[i], slip, p, coefficient, tangential_stiffness
+        )
+        shear[i] = tau
+        tx, ty = -ny, nx
+        traction[i, 0] = p * nx + tau * tx
+        traction[i, 1] = p * ny + tau * ty
+        # d(p n) = (p' n nᵀ + p h t tᵀ) dx
+        # d(τ t) = (t (∂τ/∂s (1 − h n·Δy) tᵀ + ∂τ/∂p p' nᵀ) − τ h n tᵀ) dx
+        along = by_slip * (1.0 - h * travel)
+        across = by_pressure * dp
+        slope[i, 0, 0] = (
+            dp * nx * nx + (p * h + along) * tx * tx + tx * across * nx - tau * h * nx * tx
+        )
+        slope[i, 0, 1] = (
+            dp * nx * ny + (p * h + along) * tx * ty + tx * across * ny - tau * h * nx * ty
+        )
+        slope[i, 1, 0] = (
+            dp * ny * nx + (p * h + along) * ty * tx + ty * across * nx - tau * h * ny * tx
+        )
+        slope[i, 1, 1] = (
+            dp * ny * ny + (p * h + along) * ty * ty + ty * across * ny - tau * h * ny * ty
+        )
+        safe[i, 0, 0] = dp * nx * nx + by_slip * tx * tx
+        safe[i, 0, 1] = dp * nx * ny + by_slip * tx * ty
+        safe[i, 1, 0] = safe[i, 0, 1]
+        safe[i, 1, 1] = dp * ny * ny + by_slip * ty * ty
+    return energy, gap, normal, pressure, shear, slipping, arc, body, traction, slope, safe

@@ -1,0 +1,153 @@
+"""Pressure that stays normal to the surface it acts on, and follows where that surface goes.
+
+A pressure ``p`` does the virtual work ``−∫ p n·δx da`` over the *deformed* surface. With the edge
+``x(ξ)`` and the body on the left of its direction, ``n ds = (y', −x') dξ``, so no normalisation is
+needed: in a section of thickness ``h`` the nodal forces are ``−p h ∫ N_k (y', −x') dξ``, in
+axisymmetry ``−2π p ∫ N_k x (y', −x') dξ``. Their derivative is exact and not symmetric, because a
+pressure on part of a surface has no potential.
+
+Inside a suction cup only the free surface feels the suction: `Exposure` lets it fade where the
+tissue comes up to the rim, smoothly, so that the derivative stays continuous.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.body.surface import Surface
+from geometry2d.outline import Outline
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class PressureError(ValueError):
+    """A pressure was described in a way that makes no sense."""
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """Which points of a surface a pressure reaches: those on one side that stand off an outline.
+
+    The share that acts is 0 at a gap of 0 and below, ``3 s² − 2 s³`` with ``s = gap/clearance``,
+    and 1 from a gap of ``clearance`` on.
+
+    Parameters
+    ----------
+    outline
+        The rigid body that keeps the pressure off what it touches, mm.
+    within_mm
+        Only points with x below this feel the pressure, mm. It must lie where the outline is
+        touched, else the pressure would end there with a jump.
+    clearance_mm
+        Gap from which on the pressure acts in full, mm.
+    """
+
+    outline: Outline
+    within_mm: float
+    clearance_mm: float
+
+    def __post_init__(self) -> None:
+        if not self.clearance_mm > 0:
+            raise PressureError(
+                f"clearance_mm = {self.clearance_mm:g} must be positive: a pressure that jumps "
+                "where contact begins has no derivative there"
+            )
+
+    def share(self, position: Array) -> tuple[Array, Array]:
+        """Return the share (...,) that acts at positions (..., 2), mm, and its gradient, 1/mm."""
+        projection = self.outline.project(position.reshape(-1, 2))
+        near = np.clip(projection.distance / self.clearance_mm, 0.0, 1.0)
+        inside = position.reshape(-1, 2)[:, 0] < self.within_mm
+        share = np.where(inside, near**2 * (3 - 2 * near), 0.0)
+        slope = np.where(inside, 6 * near * (1 - near) / self.clearance_mm, 0.0)
+        gradient = slope[:, None] * projection.normal
+        return share.reshape(position.shape[:-1]), gradient.reshape(position.shape)
+
+
+@dataclass(frozen=True)
+class FollowerPressure:
+    """A pressure on a stretch of surface, as forces for each MPa of it.
+
+    Parameters
+    ----------
+    surface
+        Where it acts.
+    exposure
+        Which of its points it reaches; all of them if absent.
+    """
+
+    surface: Surface
+    exposure: Exposure | None = None
+
+    @property
+    def dofs(self) -> Index:
+        """(m, 2k) degrees of freedom of each edge, to which forces and stiffness belong."""
+        return self.surface.dofs
+
+    def unit_force(self, displacement: Array) -> Array:
+        """Return the nodal forces (m, 2k), N/MPa, of a pressure of 1 MPa at ``displacement``.
+
+        A positive pressure pushes against the body; suction is a negative one.
+        """
+        points = self._points(displacement)
+        density = (points.depth * points.share)[..., None] * points.area_vector
+        nodal = -np.einsum("q,qk,mqc->mkc", self._gauss_weight, self.surface.shape, density)
+        force: Array = nodal.reshape(len(self.surface.edges), -1)
+        return force
+
+    def unit_stiffness(self, displacement: Array) -> Array:
+        """Return the derivative (m, 2k, 2k), N/(mm MPa), of :meth:`unit_force`."""
+        points = self._points(displacement)
+        shape, slope = self.surface.shape, self.surface.slope
+        amount = points.depth * points.share
+        weighted = self._gauss_weight[:, None] * shape
+        # d(y', −x') turns the edge; d(depth) and d(share) change how much of it counts.
+        turn = np.einsum("qa,mq,qb->mab", weighted, amount, slope)
+        change = points.share_gradient * points.depth[..., None]
+        change[..., 0] += points.share * points.depth_slope
+        spread = np.einsum("qa,mqc,mqd,qb->macbd", weighted, points.area_vector, change, shape)
+        spread[:, :, 0, :, 1] += turn
+        spread[:, :, 1, :, 0] -= turn
+        size = 2 * shape.shape[1]
+        stiffness: Array = -spread.reshape(-1, size, size)
+        return stiffness
+
+    @property
+    def _gauss_weight(self) -> Array:
+        weight: Array = 0.5 * np.polynomial.legendre.leggauss(self.surface.points_per_edge)[1]
+        return weight
+
+    def _points(self, displacement: Array) -> _Points:
+        surface = self.surface
+        position = surface.positions(displacement)
+        deformed = (surface.nodes + displacement)[surface.edges]
+        tangent = np.einsum("qk,mkc->mqc", surface.slope, deformed)
+        area_vector = np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)
+        if surface.axisymmetric:
+            depth, depth_slope = 2 * np.pi * position[..., 0], 2 * np.pi
+        else:
+            depth, depth_slope = np.full(position.shape[:2], surface.thickness_mm), 0.0
+        if self.exposure is None:
+            share, gradient = np.ones(position.shape[:2]), np.zeros_like(position)
+        else:
+            share, gradient = self.exposure.share(position)
+        return _Points(area_vector, depth, depth_slope, share, gradient)
+
+
+@dataclass(frozen=True)
+class _Points:
+    """Values at the Gauss points (m, q).
+
+    Outward normal times length per local coordinate, depth of the section and its derivative by x,
+    share of the pressure that acts and its gradient.
+    """
+
+    area_vector: Array
+    depth: Array
+    depth_slope: float
+    share: Array
+    share_gradient: Array

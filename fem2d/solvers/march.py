@@ -1,0 +1,339 @@
+"""From the first to the last instant of a rigid motion, in steps that adapt.
+
+Each step tries to bring the forces into balance with the rigid body where the motion puts it at the
+end of the step (:mod:`fem2d.solvers.step`). A trial that fails, or ends inside a wall, leaves no
+trace: the step is halved and tried again from the same committed state. A trial that succeeds is
+committed and reported.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.contact.rigid import ContactResponse
+from fem2d.contact.self_contact import TissueResponse
+from fem2d.solvers.linear import DirectSolver
+from fem2d.solvers.model import Energies, System, SystemBalance
+from fem2d.solvers.newton import NewtonResult, NewtonSettings
+from fem2d.solvers.stability import Instability, instability_of
+from fem2d.solvers.state import State
+from fem2d.solvers.step import Stepper
+from geometry2d.rigid import RigidMotion, RigidPlacement
+
+Array = NDArray[np.float64]
+
+TINY_MM = 1e-12
+"""A way or an error shorter than this limits no step."""
+
+SURPRISE = 10.0
+"""An error of foresight of so many times what is aimed at is no mere bend in the path."""
+
+SHRINKING = 0.6
+"""A step whose forces balance is followed by one of at least this share of its length."""
+
+
+class MarchStatus(Enum):
+    """How a march ended; the value says it in words."""
+
+    FINISHED = "the whole motion was followed"
+    STEP_TOO_SMALL = "the step became too small without the forces coming into balance"
+    INTERRUPTED = "the run was interrupted"
+
+
+@dataclass(frozen=True)
+class StepSettings:
+    """How long steps are.
+
+    Parameters
+    ----------
+    longest_s, shortest_s
+        Bounds of a step, s; below the shortest the march stops.
+    travel_mm
+        Most that the rigid body moves in one step past a point of the tissue that is near, mm;
+        where the gap is wide, seven tenths of it.
+    accuracy_mm
+        Largest difference between where the tissue was foreseen to go and where it goes that is
+        aimed at, mm. Friction depends on the path, and this tells how bent it is.
+    snap_s
+        A longer step that errs by more than `SURPRISE` times that, as when a lip snaps off an edge,
+        is rejected, so that what happens in the snap is seen.
+    easy_iterations, hard_iterations
+        A step that needs no more (less) iterations than this is followed by a longer (shorter) one.
+    plunge_mm
+        A trial in which the deepest penetration of a rigid body grows by more than this is rejected
+        although its forces balance, mm: a lip that snaps can straddle a thin wall, whose two sides
+        then hold it there. Far more than pressure adds in one step.
+    watch_stability
+        Whether every committed state is tested for static stability.
+    """
+
+    longest_s: float = field(default=0.08, metadata={"unit": "s", "help": "longest step"})
+    shortest_s: float = field(default=1e-7, metadata={"unit": "s", "help": "shortest step"})
+    travel_mm: float = field(default=0.3, metadata={"unit": "mm", "help": "motion per step"})
+    accuracy_mm: float = field(
+        default=0.008, metadata={"unit": "mm", "help": "aim for errors of foresight"}
+    )
+    snap_s: float = field(default=0.004, metadata={"unit": "s", "help": "resolve snaps to this"})
+    easy_iterations: int = field(default=7, metadata={"help": "iterations of an easy step"})
+    hard_iterations: int = field(default=14, metadata={"help": "iterations of a hard step"})
+    plunge_mm: float = field(
+        default=0.1, metadata={"unit": "mm", "help": "growth of penetration per step"}
+    )
+    watch_stability: bool = field(default=False, metadata={"help": "test every state"})
+
+
+@dataclass(frozen=True)
+class Commit:
+    """One committed increment.
+
+    Attributes
+    ----------
+    state
+        The new committed state.
+    contacts
+        What each contact pair does at the end of it.
+    newton
+        How the forces came into balance.
+    cutbacks
+        Trials rejected since the last commit.
+    duration_s
+        Length of the step, s.
+    energies
+        Where the energy is.
+    instability
+        How the equilibrium would be unstable without inertia; None if it is stable, or if nobody
+        asked.
+    folds
+        What each contact of the tissue with itself does at the end of it.
+    """
+
+    state: State
+    contacts: tuple[ContactResponse, ...]
+    newton: NewtonResult
+    cutbacks: int
+    duration_s: float
+    energies: Energies
+    instability: Instability | None = None
+    folds: tuple[TissueResponse, ...] = ()
+
+
+@dataclass(frozen=True)
+class MarchResult:
+    """How a march ended and where."""
+
+    status: MarchStatus
+    state: State
+    increments: int
+    iterations: int
+    cutbacks: int
+
+
+def march(
+    system: System,
+    motion: RigidMotion,
+    start: State,
+    *,
+    solver: DirectSolver,
+    end_s: float | None = None,
+    steps: StepSettings | None = None,
+    newton: NewtonSettings | None = None,
+    on_commit: Callable[[Commit], None] = lambda commit: None,
+) -> MarchResult:
+    """Follow ``motion`` from the committed state ``start`` and return how it went.
+
+    Parameters
+    ----------
+    system
+        What is to be in balance.
+    motion
+        Of the moving rigid body, in the frame of the tissue.
+    start
+        Committed state to start from; resuming from any committed state gives the same bits.
+    solver
+        For the linear systems; parts that do not touch get others of its kind.
+    end_s
+        Where to stop, s; the motion's last sample by default.
+    on_commit
+        Called with every committed increment, in order, on a second thread, while the next step is
+        solved on this one; raising ``KeyboardInterrupt`` stops.
+    """
+    steps = steps or StepSettings()
+    last_s = float(motion.time_s[-1]) if end_s is None else end_s
+    stepper = Stepper(system, motion, solver, newton or NewtonSettings())
+    state = start
+    of_body = system.body.response(start.displacement)
+    touching = system.contact_responses(state.displacement, state.placement, state)
+    increments = iterations = cutbacks = 0
+
+    def ended(status: MarchStatus) -> MarchResult:
+        if reports.stopped():
+            status = MarchStatus.INTERRUPTED
+        return MarchResult(status, state, increments, iterations, cutbacks)
+
+    with _Reports(system, steps.watch_stability, on_commit) as reports:
+        while state.time_s < last_s * (1 - 1e-12):
+            rejected = 0
+            proposed = min(state.next_step_s, steps.longest_s)
+            while True:
+                duration = min(
+                    proposed,
+                    last_s - state.time_s,
+                    _travel_limit(system, motion, state, touching, steps),
+                )
+                trial, balance = stepper.attempt(state, duration, of_body)
+                iterations += trial.iterations
+                sound = trial.converged and not _plunged(touching, balance, steps)
+                if sound and not _surprising(trial, duration, steps):
+                    break
+                rejected += 1
+                proposed = 0.5 * duration
+                if proposed < steps.shortest_s:
+                    cutbacks += rejected
+                    return ended(MarchStatus.STEP_TOO_SMALL)
+            cutbacks += rejected
+            next_step = duration * _growth(trial, rejected, steps)
+            placement = motion.at(state.time_s + duration)
+            commit = committed(
+                system, state, duration, placement, trial, balance, rejected, next_step
+            )
+            if reports.stopped():
+                return ended(MarchStatus.INTERRUPTED)
+            reports.add(commit, balance)
+            state, of_body, touching = commit.state, balance.of_body, balance.touching
+            increments += 1
+        return ended(MarchStatus.FINISHED)
+
+
+class _Reports:
+    """Looks at committed increments and hands them on while the next step is being solved.
+
+    One at a time and in order: an increment is added when the one before it has been reported.
+    """
+
+    def __init__(
+        self, system: System, watch_stability: bool, on_commit: Callable[[Commit], None]
+    ) -> None:
+        self._system, self._watch, self._on_commit = system, watch_stability, on_commit
+        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="reports")
+        self._last: Future[None] | None = None
+        self._stopped = False
+
+    def __enter__(self) -> _Reports:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._thread.shutdown()
+
+    def add(self, commit: Commit, balance: SystemBalance) -> None:
+        """Report an increment."""
+        self._last = self._thread.submit(self._report, commit, balance)
+
+    def stopped(self) -> bool:
+        """Wait until all is reported and return whether a report asked to stop.
+
+        Whatever else a report raised is raised here.
+        """
+        if self._last is not None:
+            last, self._last = self._last, None
+            try:
+                last.result()
+            except KeyboardInterrupt:
+                self._stopped = True
+        return self._stopped
+
+    def _report(self, commit: Commit, balance: SystemBalance) -> None:
+        if self._watch:
+            tangent = self._system.static_tangent(balance.of_body, balance.touching, balance.folded)
+            positions = self._system.body.nodes + commit.state.displacement
+            commit = replace(commit, instability=instability_of(tangent, positions))
+        self._on_commit(commit)
+
+
+def committed(
+    system: System,
+    before: State,
+    duration_s: float,
+    placement: RigidPlacement,
+    trial: NewtonResult,
+    balance: SystemBalance,
+    cutbacks: int,
+    next_step_s: float,
+) -> Commit:
+    """Make a converged trial the new committed state."""
+    if system.inertia.knows_time:
+        velocity, acceleration = system.inertia.rates(before, trial.displacement, duration_s)
+    else:
+        velocity, acceleration = np.zeros_like(before.velocity), before.acceleration
+    state = State(
+        before.time_s + duration_s,
+        placement,
+        trial.displacement,
+        velocity,
+        acceleration,
+        tuple(c.history for c in balance.touching),
+        next_step_s,
+        tuple(f.history for f in balance.folded),
+    )
+    return Commit(
+        state,
+        balance.touching,
+        trial,
+        cutbacks,
+        duration_s,
+        system.energies(state, balance),
+        folds=balance.folded,
+    )
+
+
+def _travel_limit(
+    system: System,
+    motion: RigidMotion,
+    state: State,
+    touching: tuple[ContactResponse, ...],
+    steps: StepSettings,
+) -> float:
+    """Return the duration in which the moving body travels as far as a step allows."""
+    ahead = motion.at(state.time_s + steps.longest_s)
+    share = np.inf
+    for pair, touch in zip(system.contacts, touching, strict=True):
+        if pair.moving:
+            nodal = pair.surface.nodal
+            point = nodal(touch.history.body_position)
+            travel = np.linalg.norm(ahead.apply(point) - state.placement.apply(point), axis=-1)
+            allowed = np.maximum(steps.travel_mm, 0.7 * nodal(touch.points.gap))
+            share = min(share, float(np.min(allowed / np.maximum(travel, TINY_MM))))
+    return steps.longest_s * share
+
+
+def _plunged(
+    before: tuple[ContactResponse, ...], balance: SystemBalance, steps: StepSettings
+) -> bool:
+    """Whether tissue has gone into a rigid body farther than pressure can push it in one step."""
+    return _deepest(balance.touching) - _deepest(before) > steps.plunge_mm
+
+
+def _surprising(trial: NewtonResult, duration_s: float, steps: StepSettings) -> bool:
+    """Whether tissue has gone elsewhere than was foreseen, in a step too long to tell how."""
+    return duration_s > steps.snap_s and trial.correction_mm > SURPRISE * steps.accuracy_mm
+
+
+def _deepest(touching: tuple[ContactResponse, ...]) -> float:
+    """Return the deepest penetration of a rigid body, mm; 0 if there is none."""
+    return max([0.0, *(-float(np.min(touch.points.gap)) for touch in touching)])
+
+
+def _growth(trial: NewtonResult, rejected: int, steps: StepSettings) -> float:
+    """Return how much longer the next step is to be."""
+    if rejected > 0 or trial.iterations >= steps.hard_iterations:
+        usual = 0.8
+    else:
+        usual = 1.5 if trial.iterations <= steps.easy_iterations else 1.0
+    accurate = math.sqrt(steps.accuracy_mm / max(trial.correction_mm, TINY_MM))
+    return max(SHRINKING, min(usual, accurate))

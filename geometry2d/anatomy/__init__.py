@@ -1,0 +1,1 @@
+"""Head and lips as measured on people: landmarks, the two lips, the teeth behind them."""

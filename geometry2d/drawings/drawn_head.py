@@ -1,0 +1,424 @@
+"""The head of a drawing, and of cuts through surfaces, in place of the measured one.
+
+Each lip is drawn as three open curves that follow one another: ``upper_bone`` where tissue is tied
+to bone, ``upper_inner`` where it lies free before the teeth, ``upper_skin`` from where the dermis
+ends inside the mouth to where the section is cut off; likewise ``lower_...``. From the end of the
+skin to the end of the bone the section is cut straight. ``upper_tooth`` and ``lower_tooth`` are
+closed; ``ear_mark`` and ``nose_mark`` are circles where the recording has its marks. The head looks
+to the right, its jaw is open as just before contact, and it may lie anywhere on the sheet.
+
+Four more open curves may be drawn: ``upper_interface`` and ``lower_interface`` where the dermis
+ends, which is otherwise an offset of the skin, and, for pictures only, ``forehead`` and ``throat``,
+which carry the profile on beyond the skin. The mesh is finest around the edge of each lip: the
+upper lip's lowest point and the lower lip's highest, or circles ``upper_edge_mark`` and
+``lower_edge_mark``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+
+from geometry2d.anatomy.head import HeadSection
+from geometry2d.anatomy.lips import POLYLINE_SPACING_MM, lip_section
+from geometry2d.curves import arc_lengths, at_arc_lengths, left_normals, nearest_arc_length
+from geometry2d.drawings.chains import (
+    JOIN_MM,
+    Chain,
+    NamedOutline,
+    SectionError,
+    closed_outlines,
+    open_curve,
+)
+from geometry2d.drawings.section import drawn_chains
+from geometry2d.outline import Outline
+from geometry2d.regions import Section
+from geometry2d.regions import SectionError as RegionError
+
+Array = NDArray[np.float64]
+
+LIPS = ("upper", "lower")
+LIP_CURVES = ("skin", "inner", "bone")
+OPEN = tuple(f"{lip}_{curve}" for lip in LIPS for curve in LIP_CURVES)
+OPTIONAL = ("upper_interface", "lower_interface", "forehead", "throat")
+TEETH = tuple(f"{lip}_tooth" for lip in LIPS)
+MARKS = ("ear_mark", "nose_mark")
+EDGE_MARKS = tuple(f"{lip}_edge_mark" for lip in LIPS)
+JAW_MM = 6.0
+"""How thick the bone behind a drawn lip is drawn: the model only knows its surface."""
+
+
+@dataclass(frozen=True)
+class HeadDrawing:
+    """What a drawing of a head holds, mm, y up, anywhere on the sheet.
+
+    Parameters
+    ----------
+    curves
+        Open polylines (n, 2) by name, in either direction: all of `OPEN`, and those of
+        `OPTIONAL` that were drawn.
+    teeth
+        Rigid outlines by name, both of `TEETH`.
+    marks
+        (2,) both of `MARKS`, and those of `EDGE_MARKS` that were drawn.
+    """
+
+    curves: Mapping[str, Array]
+    teeth: Mapping[str, Outline]
+    marks: Mapping[str, ArrayLike]
+
+    @classmethod
+    def read(cls, file: Path, *, unit_mm: float | None = None) -> HeadDrawing:
+        """Return the drawing in an SVG or DXF file; other curves in it are left alone.
+
+        Raises
+        ------
+        SectionError
+            If the file cannot be read, or a curve is missing, in pieces, open or closed where it
+            must not be.
+        """
+        names = (*OPEN, *OPTIONAL, *TEETH, *MARKS, *EDGE_MARKS)
+        chains: dict[str, list[Chain]] = {name: [] for name in names}
+        for chain in drawn_chains(file, unit_mm=unit_mm):
+            if chain.name.lower() in chains:
+                chains[chain.name.lower()].append(chain)
+        missing = [name for name in (*OPEN, *TEETH, *MARKS) if not chains[name]]
+        if missing:
+            raise SectionError(
+                f"{file.name} has nothing named {', '.join(missing)} (id or label in SVG, layer in "
+                "DXF): a head needs " + ", ".join((*OPEN, *TEETH, *MARKS))
+            )
+        return cls(
+            curves={
+                name: open_curve(name, chains[name]).sampled(POLYLINE_SPACING_MM)
+                for name in (*OPEN, *OPTIONAL)
+                if chains[name]
+            },
+            teeth={name: _only_closed(name, chains[name]) for name in TEETH},
+            marks={
+                name: _centre(_only_closed(name, chains[name]))
+                for name in (*MARKS, *EDGE_MARKS)
+                if chains[name]
+            },
+        )
+
+    @classmethod
+    def of(cls, head: HeadSection) -> HeadDrawing:
+        """Return a head as a drawing: to be changed by hand, or to compare with."""
+        sections = {"upper": head.upper, "lower": head.lower}
+        skin_ends = head.upper.curves["skin"][-1], head.lower.curves["skin"][0]
+        cut = [int(np.argmin(np.hypot(*(head.profile - end).T))) for end in skin_ends]
+        return cls(
+            curves={
+                f"{lip}_{curve}": section.curves[curve]
+                for lip, section in sections.items()
+                for curve in (*LIP_CURVES, "interface")
+            }
+            | {"forehead": head.profile[: cut[0] + 1], "throat": head.profile[cut[1] :]},
+            teeth={"upper_tooth": head.upper_tooth, "lower_tooth": head.lower_tooth},
+            marks={
+                "ear_mark": head.landmarks["ear"],
+                "nose_mark": head.landmarks["nose"],
+                "upper_edge_mark": head.landmarks["stomion_upper"],
+                "lower_edge_mark": head.landmarks["stomion_lower"],
+            },
+        )
+
+    @property
+    def ear(self) -> Array:
+        """(2,) the ear mark, the origin of the head section."""
+        return np.asarray(self.marks["ear_mark"], float)
+
+    def head(self, *, dermis_mm: float, tie_fade_mm: float) -> HeadSection:
+        """Return the head section, the ear mark at its origin.
+
+        Parameters
+        ----------
+        dermis_mm
+            Thickness of the dermis where its inner side is not drawn.
+        tie_fade_mm
+            Arc length along the bone over which the tie fades in.
+
+        Raises
+        ------
+        SectionError
+            If the curves of a lip do not follow one another, cross, or leave no room for the
+            dermis; if the head looks to the left, or its lips or a lip and its tooth overlap.
+        """
+        nose = np.asarray(self.marks["nose_mark"], float) - self.ear
+        if nose[0] <= 0:
+            raise SectionError(
+                "nose_mark lies left of ear_mark: mirror the drawing so that the head looks right"
+            )
+        lips = {lip: self._lip(lip, dermis_mm) for lip in LIPS}
+        teeth = {name: tooth.moved(0.0, -self.ear) for name, tooth in self.teeth.items()}
+        _refuse_overlap(lips, teeth)
+        upper, lower = (section.curves for section in lips.values())
+        edge = {lip: self._edge(lip, section.curves["skin"]) for lip, section in lips.items()}
+        above, nose_side = _parted(upper["skin"], edge["upper"])
+        chin_side, below = _parted(lower["skin"], edge["lower"])
+        return HeadSection(
+            upper=lips["upper"],
+            lower=lips["lower"],
+            upper_tooth=teeth["upper_tooth"],
+            lower_tooth=teeth["lower_tooth"],
+            upper_jaw=_strip(upper["bone"]),
+            lower_jaw=_strip(lower["bone"]),
+            mouth=np.concatenate(
+                [above[::-1], upper["inner"][::-1], lower["inner"][::-1], below[::-1]]
+            ),
+            profile=np.concatenate(
+                [
+                    self._away_from(upper["skin"][-1], "forehead")[:0:-1],
+                    nose_side[::-1],
+                    chin_side[::-1],
+                    self._away_from(lower["skin"][0], "throat")[1:],
+                ]
+            ),
+            landmarks={
+                "ear": np.zeros(2),
+                "nose": nose,
+                "stomion_upper": above[-1],
+                "stomion_lower": below[0],
+            },
+            tie_fade_mm=tie_fade_mm,
+        )
+
+    def svg(self) -> str:
+        """Return the drawing as SVG, one user unit a millimetre, numbers to 1e-9 mm."""
+        paths = {name: _polyline(points) for name, points in self.curves.items()}
+        paths |= {name: _arcs(tooth) for name, tooth in self.teeth.items()}
+        marks = {name: np.asarray(point, float) for name, point in self.marks.items()}
+        everything = np.concatenate([*self.curves.values(), np.array([*marks.values()])])
+        left, top = np.floor(everything[:, 0].min()) - 10, np.ceil(everything[:, 1].max()) + 10
+        width = np.ceil(everything[:, 0].max()) + 10 - left
+        height = top - np.floor(everything[:, 1].min()) + 10
+        lines = [
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}mm" height="{height:g}mm" '
+            f'viewBox="{left:g} {-top:g} {width:g} {height:g}">',
+            '<g fill="none" stroke="black" stroke-width="0.2">',
+            *(f'<path id="{name}" d="{data}"/>' for name, data in paths.items()),
+            *(
+                f'<circle id="{name}" cx="{x:.9f}" cy="{-y:.9f}" r="1"/>'
+                for name, (x, y) in marks.items()
+            ),
+            "</g>",
+            "</svg>",
+        ]
+        return "\n".join(lines) + "\n"
+
+    def _lip(self, lip: str, dermis_mm: float) -> Section:
+        skin, inner, bone = self._in_order(lip)
+        if f"{lip}_interface" in self.curves:
+            interface = self._away_from(skin[0], f"{lip}_interface")
+        else:
+            interface = skin + dermis_mm * left_normals(skin)
+        try:
+            return lip_section(
+                lip,
+                skin=skin,
+                interface=interface,
+                inner=inner,
+                bone=bone,
+                margin=self._edge(lip, skin),
+            )
+        except RegionError as error:
+            remedy = (
+                f"the dermis there is {dermis_mm:g} mm thick: draw {lip}_skin rounder, make the "
+                f"dermis thinner, or draw {lip}_interface"
+                if "'dermis'" in str(error)
+                else f"do {lip}_bone, {lip}_inner and the straight cut stay behind the skin?"
+            )
+            raise SectionError(f"{error}; {remedy}") from error
+
+    def _edge(self, lip: str, skin: Array) -> float:
+        """Arc length, mm, of the edge of a lip on its skin (n, 2)."""
+        if f"{lip}_edge_mark" in self.marks:
+            mark = np.asarray(self.marks[f"{lip}_edge_mark"], float)
+            return nearest_arc_length(skin, mark - self.ear)
+        extreme = np.argmin(skin[:, 1]) if lip == "upper" else np.argmax(skin[:, 1])
+        return float(arc_lengths(skin)[extreme])
+
+    def _away_from(self, point: Array, name: str) -> Array:
+        """Return an optional curve from its end nearer to ``point`` (2,), empty if not drawn."""
+        if name not in self.curves:
+            return np.zeros((0, 2))
+        curve = self.curves[name] - self.ear
+        first, last = np.hypot(*(curve[[0, -1]] - point).T)
+        return curve if first <= last else curve[::-1]
+
+    def _in_order(self, lip: str) -> tuple[Array, Array, Array]:
+        """Return skin, inner side and bone of a lip with the tissue on their left, ends shared."""
+        names = [f"{lip}_{curve}" for curve in LIP_CURVES]
+        skin, inner, bone = (self.curves[name] - self.ear for name in names)
+        inner = _from_end_nearest(inner, names[1], skin, names[0])
+        bone = _from_end_nearest(bone, names[2], inner[-1:], names[1])
+        skin = skin if np.hypot(*(skin[-1] - inner[0])) <= JOIN_MM else skin[::-1]
+        inner = np.concatenate([skin[-1:], inner[1:-1], bone[:1]])
+        loop = np.concatenate([skin, inner[1:], bone[1:]])
+        # Skin, inner side, bone: so the lower lip runs counter-clockwise, the upper one clockwise.
+        if shapely.LinearRing(loop).is_ccw != (lip == "lower"):
+            raise SectionError(
+                f"the {lip} lip is drawn inside out: of {names[0]}, {names[1]} and {names[2]} the "
+                "skin must face right and the bone lie behind it; are upper and lower exchanged?"
+            )
+        if lip == "lower":
+            return skin, inner, bone
+        return skin[::-1], inner[::-1], bone[::-1]
+
+
+def drawn_head(
+    file: Path, *, unit_mm: float | None = None, dermis_mm: float, tie_fade_mm: float
+) -> HeadSection:
+    """Return the head of an SVG or DXF drawing; the head of this module says what it holds.
+
+    Parameters
+    ----------
+    file
+        The drawing.
+    unit_mm
+        What a unit of the drawing is, mm, if the file does not say so.
+    dermis_mm, tie_fade_mm
+        As in `HeadDrawing.head`.
+
+    Raises
+    ------
+    SectionError
+        If the drawing cannot be read, or is not that of a head.
+    """
+    try:
+        return HeadDrawing.read(file, unit_mm=unit_mm).head(
+            dermis_mm=dermis_mm, tie_fade_mm=tie_fade_mm
+        )
+    except SectionError as error:
+        named = str(error) if file.name in str(error) else f"{file.name}: {error}"
+        raise SectionError(named) from error
+
+
+def lip_curves(
+    lip: str,
+    loop: Outline,
+    *,
+    skin_end: ArrayLike,
+    dermis_end: ArrayLike,
+    bone_start: ArrayLike,
+    bone_end: ArrayLike,
+) -> dict[str, Array]:
+    """Return the three curves of a lip whose whole outline was cut from a surface.
+
+    Parameters
+    ----------
+    lip
+        "upper" or "lower".
+    loop
+        Outline of the lip's tissue, as `geometry2d.drawings.section.cut` returns it.
+    skin_end, dermis_end, bone_start, bone_end
+        (2,) points near the outline, mm, in this order along it: where the section is cut off on
+        the skin; where the dermis ends inside the mouth; where bone begins behind the free inner
+        side; where the section is cut off at the bone.
+
+    Returns
+    -------
+    dict
+        Curves "LIP_skin", "LIP_inner" and "LIP_bone" for a `HeadDrawing`.
+
+    Raises
+    ------
+    SectionError
+        If the points do not follow one another along the outline.
+    """
+    places = [np.asarray(p, float) for p in (skin_end, dermis_end, bone_start, bone_end)]
+    at = loop.project(np.array(places)).arc_length
+    for way in (1, -1):
+        steps = np.mod(way * np.diff(at), loop.length)
+        if np.sum(steps) < loop.length and np.all(steps > 0):
+            starts = at[0] + way * np.concatenate([[0.0], np.cumsum(steps)])
+            return {
+                f"{lip}_{name}": _stretch_of(loop, first, last)
+                for name, first, last in zip(LIP_CURVES, starts[:-1], starts[1:], strict=True)
+            }
+    raise SectionError(
+        f"the four points of the {lip} lip lie {np.round(at, 2).tolist()} mm along its outline of "
+        f"{loop.length:.2f} mm: give them in the order skin_end, dermis_end, bone_start, bone_end"
+    )
+
+
+def _stretch_of(loop: Outline, first: float, last: float) -> Array:
+    """Points of a polygon between two arc lengths: its corners, and both ends."""
+    low, high = sorted((first, last))
+    joints = np.concatenate([loop.breaks[:-1] + turn * loop.length for turn in (-1, 0, 1)])
+    between = joints[(joints > low + JOIN_MM) & (joints < high - JOIN_MM)]
+    points = loop.point_at(np.concatenate([[low], between, [high]]))[0]
+    return points if first < last else points[::-1]
+
+
+def _only_closed(name: str, chains: Iterable[Chain]) -> Outline:
+    outlines: list[NamedOutline] = closed_outlines(chains)
+    if len(outlines) != 1:
+        raise SectionError(f"there are {len(outlines)} closed curves named {name!r}, not one")
+    return outlines[0].outline
+
+
+def _centre(mark: Outline) -> Array:
+    centre = shapely.Polygon(mark.sampled(mark.length / 360)).centroid
+    return np.array([centre.x, centre.y])
+
+
+def _from_end_nearest(curve: Array, name: str, before: Array, before_name: str) -> Array:
+    """Return a curve travelled from the end that meets an end of the one before it."""
+    ends = before[[0, -1]]
+    gaps = [float(np.min(np.hypot(*(ends - end).T))) for end in (curve[0], curve[-1])]
+    if min(gaps) > JOIN_MM:
+        raise SectionError(
+            f"{name} does not begin where {before_name} ends: {min(gaps):.4g} mm are between "
+            f"them near {np.round(curve[-int(np.argmin(gaps))], 2).tolist()} mm from the ear"
+        )
+    return curve if gaps[0] <= gaps[1] else curve[::-1]
+
+
+def _parted(points: Array, arc_length: float) -> tuple[Array, Array]:
+    """Return a polyline as two that meet at an arc length, mm."""
+    at, along = at_arc_lengths(points, [arc_length]), arc_lengths(points)
+    return (
+        np.concatenate([points[along < arc_length - JOIN_MM], at]),
+        np.concatenate([at, points[along > arc_length + JOIN_MM]]),
+    )
+
+
+def _strip(bone: Array) -> Array:
+    behind = bone - JAW_MM * left_normals(bone)
+    return np.concatenate([bone, behind[::-1]])
+
+
+def _refuse_overlap(lips: Mapping[str, Section], teeth: Mapping[str, Outline]) -> None:
+    tissue = {
+        lip: shapely.union_all([shapely.Polygon(p) for p in section.regions.values()])
+        for lip, section in lips.items()
+    }
+    if tissue["upper"].intersects(tissue["lower"]):
+        raise SectionError("the lips overlap: draw them parted, as just before contact")
+    for lip, section in lips.items():
+        depth = -float(teeth[f"{lip}_tooth"].project(section.curves["inner"]).distance.min())
+        if depth > 0:
+            raise SectionError(
+                f"{lip}_inner lies up to {depth:.3g} mm inside {lip}_tooth: draw it in front"
+            )
+
+
+def _polyline(points: Array) -> str:
+    return "M " + " L ".join(f"{x:.9f} {-y:.9f}" for x, y in points)
+
+
+def _arcs(outline: Outline) -> str:
+    """Path data of an outline; y points down on the sheet."""
+    ends = np.roll(outline.start, -1, axis=0)
+    steps = [f"M {outline.start[0, 0]:.9f} {-outline.start[0, 1]:.9f}"]
+    for (x, y), bend in zip(ends, outline.curvature, strict=True):
+        radius = f"A {1 / abs(bend):.9f} {1 / abs(bend):.9f} 0 0 {int(bend < 0)} " if bend else "L "
+        steps.append(f"{radius}{x:.9f} {-y:.9f}")
+    return " ".join([*steps, "Z"])

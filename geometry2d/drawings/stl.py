@@ -1,0 +1,281 @@
+"""Surfaces from STL files, and what a plane cuts out of them.
+
+The thesis drew its head on a cut through the STL surfaces of a head model (section 4.1.1); this is
+that cut. A cut is only defined through a surface without holes, so a surface that is not
+watertight is an error, with the place, and never closed silently.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+
+from geometry2d.drawings.chains import LARGEST_MM, SectionError, outline_through
+from geometry2d.outline import Outline
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+HEADER_BYTES = 84
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+SAME_MM = 1e-7
+"""Points of a cut nearer than this are one: the plane goes through a corner of the surface."""
+
+
+@dataclass(frozen=True)
+class CutPlane:
+    """A plane in space, with the axes that a cut is drawn in.
+
+    Parameters
+    ----------
+    point
+        (3,) a point of the plane, mm: the origin of the drawing.
+    right, up
+        (3,) directions in the plane that become x and y; they stand at right angles. The normal,
+        right × up, points to whoever looks at the drawing.
+    """
+
+    point: tuple[float, float, float]
+    right: tuple[float, float, float]
+    up: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        sizes = [float(np.linalg.norm(v)) for v in (self.right, self.up)]
+        if not np.all(np.isfinite([*self.point, *sizes])) or min(sizes) < 1e-12:
+            raise SectionError("a cut plane needs a finite point and two directions with a length")
+        if abs(np.dot(self.right, self.up)) > 1e-6 * sizes[0] * sizes[1]:
+            raise SectionError(f"right {self.right} and up {self.up} are not at right angles")
+
+    @property
+    def axes(self) -> Array:
+        """(3, 3) unit vectors to the right, up and towards the viewer."""
+        right, up = (np.asarray(v, float) / np.linalg.norm(v) for v in (self.right, self.up))
+        return np.array([right, up, np.cross(right, up)])
+
+
+@dataclass(frozen=True)
+class Surface3D:
+    """A watertight surface of triangles whose normals point outwards.
+
+    Parameters
+    ----------
+    name
+        For messages.
+    corners
+        (n, 3) mm.
+    triangles
+        (m, 3) indices of corners, counter-clockwise seen from outside.
+
+    Raises
+    ------
+    SectionError
+        If an edge does not belong to two triangles in opposite directions, or inside is out.
+    """
+
+    name: str
+    corners: Array
+    triangles: Indices
+
+    def __post_init__(self) -> None:
+        if len(self.triangles) == 0:
+            raise SectionError(f"{self.name} has no triangles")
+        first = self.triangles.ravel()
+        last = np.roll(self.triangles, -1, axis=1).ravel()
+        count = len(self.corners)
+        there, back = np.sort(first * count + last), np.sort(last * count + first)
+        doubled = there[:-1][there[1:] == there[:-1]]
+        single = np.setdiff1d(there, back)
+        if len(doubled) or len(single):
+            key = int(single[0] if len(single) else doubled[0])
+            place = 0.5 * (self.corners[key // count] + self.corners[key % count])
+            raise SectionError(
+                f"{self.name} is not watertight: {len(single)} of its edges have no neighbour and "
+                f"{len(doubled)} have too many, the first at {np.round(place, 4).tolist()} mm; "
+                "export it as a closed solid, or mend it in the program it comes from"
+            )
+        if self.volume <= 0:
+            raise SectionError(f"{self.name} is inside out: flip its normals")
+
+    @classmethod
+    def of_triangles(cls, name: str, points: ArrayLike) -> Surface3D:
+        """Return the surface of triangles (m, 3, 3), mm, that share exactly equal corners.
+
+        Triangles two of whose corners are one point are no part of the surface.
+        """
+        p = np.asarray(points, float).reshape(-1, 3)
+        corners, index = np.unique(p, axis=0, return_inverse=True)
+        triangles = np.asarray(index, np.int64).reshape(-1, 3)
+        flat = np.any(triangles == np.roll(triangles, -1, axis=1), axis=1)
+        return cls(name, corners, triangles[~flat])
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume, mm³."""
+        a, b, c = (self.corners[self.triangles[:, k]] - self.corners[0] for k in range(3))
+        return float(np.sum(a * np.cross(b, c)) / 6)
+
+
+class CutLoop(NamedTuple):
+    """A closed curve of a cut.
+
+    Attributes
+    ----------
+    outline
+        Counter-clockwise polygon in the coordinates of the plane, mm.
+    hole
+        Whether the solid lies outside of it.
+    """
+
+    outline: Outline
+    hole: bool
+
+
+def read_stl(file: Path, *, unit_mm: float | None) -> Surface3D:
+    """Return the surface of an ASCII or binary STL file.
+
+    Parameters
+    ----------
+    file
+        The surface; STL has no unit.
+    unit_mm
+        What a unit of the file is, mm; it must be said.
+
+    Raises
+    ------
+    SectionError
+        If the file is neither kind of STL, or its surface is not closed.
+    """
+    if unit_mm is None or not 1e-6 < unit_mm < 1e6:
+        raise SectionError(
+            f"{file.name}: STL files have no unit; say what a unit is in mm (it was {unit_mm})"
+        )
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise SectionError(f"cannot read {file}: {error.strerror}") from error
+    count = int.from_bytes(content[HEADER_BYTES - 4 : HEADER_BYTES], "little")
+    expected = HEADER_BYTES + count * TRIANGLE.itemsize
+    if len(content) >= HEADER_BYTES and len(content) == expected:
+        with np.errstate(invalid="ignore"):  # what is not a number is refused below
+            points = np.frombuffer(content, TRIANGLE, offset=HEADER_BYTES)["corners"].astype(float)
+    elif content.lstrip()[:5].lower() == b"solid":
+        points = _ascii_triangles(content, file.name)
+    else:
+        raise SectionError(
+            f"{file.name} is not STL: it has {len(content)} bytes, a binary file of its "
+            f"{count} triangles would have {expected}"
+        )
+    if not np.all(np.abs(points) <= LARGEST_MM / unit_mm):
+        raise SectionError(
+            f"{file.name} has coordinates beyond {LARGEST_MM:g} mm, or some that are not numbers: "
+            "check the unit, or export the file again"
+        )
+    return Surface3D.of_triangles(file.name, points * unit_mm)
+
+
+def cut(surface: Surface3D, plane: CutPlane) -> list[CutLoop]:
+    """Return the closed curves in which a plane cuts a surface, largest first.
+
+    Corners that lie on the plane count as lying on the viewer's side of it.
+
+    Raises
+    ------
+    SectionError
+        If the plane misses the surface, or the curves touch or cross themselves or each other.
+    """
+    right_up_out = (surface.corners - np.asarray(plane.point)) @ plane.axes.T
+    height = right_up_out[:, 2]
+    above = height >= 0
+    sides = above[surface.triangles]
+    crossed = surface.triangles[sides.any(axis=1) & ~sides.all(axis=1)]
+    if len(crossed) == 0:
+        raise SectionError(
+            f"the plane misses {surface.name}: the surface lies {height.min():.4g} ... "
+            f"{height.max():.4g} mm in front of it; move the plane into that range"
+        )
+    following = np.roll(crossed, -1, axis=1)
+    downwards = above[crossed] & ~above[following]
+    upwards = ~above[crossed] & above[following]
+    # Seen from the viewer's side the solid lies left of the way from the edge that goes down to
+    # the one that goes up, and the way goes on in the triangle where that edge goes down.
+    entry = np.column_stack([crossed[downwards], following[downwards]])
+    leave = np.column_stack([following[upwards], crossed[upwards]])
+    number = {(int(a), int(b)): k for k, (a, b) in enumerate(entry)}
+    after = [number[int(a), int(b)] for a, b in leave]
+    upper, lower = height[entry[:, 0]], height[entry[:, 1]]
+    share = (upper / (upper - lower))[:, None]
+    points = ((1 - share) * right_up_out[entry[:, 0]] + share * right_up_out[entry[:, 1]])[:, :2]
+    loops = [loop for ring in _cycles(after) if (loop := _loop(points[ring], surface.name))]
+    if not loops:
+        raise SectionError(f"the plane only touches {surface.name}: move it a little")
+    _refuse_crossing(loops, surface.name)
+    return sorted(loops, key=lambda loop: -loop.outline.area)
+
+
+def _cycles(after: list[int]) -> list[list[int]]:
+    seen = [False] * len(after)
+    rings = []
+    for first in range(len(after)):
+        ring = []
+        at = first
+        while not seen[at]:
+            seen[at] = True
+            ring.append(at)
+            at = after[at]
+        if ring:
+            rings.append(ring)
+    return rings
+
+
+def _loop(points: Array, name: str) -> CutLoop | None:
+    """Return a loop, or None where the plane touches a corner or an edge and cuts nothing off."""
+    step = np.roll(points, -1, axis=0) - points
+    kept = points[np.hypot(step[:, 0], step[:, 1]) > SAME_MM]
+    if len(kept) < 3:
+        return None
+    x, y = kept.T
+    area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    if abs(area) < SAME_MM:
+        return None
+    return CutLoop(outline_through(kept, f"the cut through {name}"), area < 0)
+
+
+def _refuse_crossing(loops: list[CutLoop], name: str) -> None:
+    rings = [shapely.LinearRing(loop.outline.start) for loop in loops]
+    for i, j in zip(*shapely.STRtree(rings).query(rings, "intersects"), strict=True):
+        if i < j:
+            where = shapely.intersection(rings[i], rings[j]).representative_point()
+            raise SectionError(
+                f"two of the {len(rings)} curves in the cut through {name} meet at "
+                f"({where.x:.4g}, {where.y:.4g}) mm: the surface goes through itself, "
+                "or the plane through an edge; mend it or move the plane a little"
+            )
+
+
+def _ascii_triangles(content: bytes, name: str) -> Array:
+    corners: list[list[float]] = []
+    in_facet = 0
+    for number, line in enumerate(content.decode("ascii", "replace").splitlines(), start=1):
+        words = line.split()
+        keyword = words[0].lower() if words else ""
+        if keyword == "vertex":
+            try:
+                x, y, z = (float(word) for word in words[1:])
+            except ValueError as error:
+                raise SectionError(f"{name}, line {number}: {line.strip()[:60]!r}") from error
+            corners.append([x, y, z])
+            in_facet += 1
+        elif keyword == "endfacet":
+            if in_facet != 3:
+                raise SectionError(f"{name}, line {number}: a facet with {in_facet} corners")
+            in_facet = 0
+        elif keyword not in ("", "solid", "facet", "outer", "endloop", "endsolid"):
+            raise SectionError(f"{name}, line {number}: {keyword[:20]!r} is not a word of STL")
+    if in_facet:
+        raise SectionError(f"{name} ends within a facet: the file is cut short")
+    return np.array(corners, float).reshape(-1, 3, 3)

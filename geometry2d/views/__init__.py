@@ -1,0 +1,1 @@
+"""Geometry drawn on matplotlib axes."""

@@ -1,0 +1,1 @@
+"""Marker and motion tables of this program and of others."""

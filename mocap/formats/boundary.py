@@ -1,0 +1,49 @@
+"""Boundary-condition tables: rigid motions as displacement against time, for finite elements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap.motion.motion import Capture
+
+Array: TypeAlias = NDArray[np.float64]
+
+DEGREES_OF_FREEDOM = ("u1", "u2", "ur3")
+
+
+def displacement_tables(motion: Capture) -> dict[str, Array]:
+    """Return time and displacement since the start (n, 2) by table name, mm and rad.
+
+    ``head_*`` and ``package_*`` are in the world plane and belong to each body's first marker;
+    ``relative_*`` is the package seen from the head.
+    """
+    relative = motion.relative_mm - motion.relative_mm[0]
+    package = motion.package_mm - motion.package_mm[0]
+    columns: Mapping[str, tuple[Array, Array, Array]] = {
+        "head": (motion.head_mm[:, 0], motion.head_mm[:, 1], motion.head.angle_rad),
+        "package": (package[:, 0], package[:, 1], motion.package.angle_rad),
+        "relative": (relative[:, 0], relative[:, 1], motion.relative_rad),
+    }
+    time = motion.time_s - motion.time_s[0]
+    return {
+        f"{body}_{name}": np.column_stack([time, values])
+        for body, parts in columns.items()
+        for name, values in zip(DEGREES_OF_FREEDOM, parts, strict=True)
+    }
+
+
+def write_boundary_conditions(motion: Capture, folder: Path) -> None:
+    """Write one tab-separated table per body and degree of freedom into ``folder``.
+
+    Each holds time since the start (s) and displacement (mm or rad), the lines that Abaqus expects
+    under ``*AMPLITUDE, DEFINITION=TABULAR``.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, table in displacement_tables(motion).items():
+        lines = [f"{time:.6f}\t{value:.9f}\n" for time, value in table]
+        (folder / f"{name}.txt").write_text("".join(lines), encoding="utf-8")

@@ -1,0 +1,129 @@
+"""Marker positions from and to other programs' files.
+
+Reads TRC, C3D, BVH, DeepLabCut CSV, Kinovea (kinematics CSV and trajectory text) and Tracker
+(text); writes TRC and C3D. Pictures' conventions differ: Kinovea and DeepLabCut count from the
+centre of a pixel as this program does; Tracker counts from its corner, half a pixel more each way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap.formats import bvh, c3d, spreadsheets, trc
+from mocap.formats.marker_table import ExchangeError, MarkerTable, text_of
+from mocap.motion.motion import Capture
+from mocap.tracking.markers import MarkerFile
+from mocap.tracking.tracks import Tracks
+
+Array: TypeAlias = NDArray[np.float64]
+
+# Standard error (px) of positions from programs that state none.
+FOREIGN_SIGMA_PX = 0.5
+
+
+def read_positions(path: Path | str) -> MarkerTable:
+    """Return the marker positions in a file of any format known here, told by ending and content.
+
+    Raises
+    ------
+    ExchangeError
+        If the file is missing, of no known format, or broken; the message names file and place.
+    """
+    file = Path(path)
+    if not file.is_file():
+        raise ExchangeError(f"{file}: no such file; check the path")
+    return _reader_for(file)(file)
+
+
+def _reader_for(file: Path) -> Callable[[Path], MarkerTable]:
+    ending = file.suffix.lower()
+    if ending == ".c3d":
+        return c3d.read_c3d
+    if ending == ".trc":
+        return trc.read_trc
+    if ending == ".bvh":
+        return bvh.read_bvh
+    if ending in (".csv", ".txt", ".tsv"):
+        head = text_of(file)[:4000].lstrip("\ufeff").lstrip()
+        first = head.splitlines()[0] if head else ""
+        if first.lower().startswith("scorer"):
+            return spreadsheets.read_deeplabcut
+        if first.startswith("#Kinovea"):
+            return spreadsheets.read_kinovea_text
+        if "time" in first.lower():
+            return spreadsheets.read_kinovea
+        return spreadsheets.read_tracker
+    raise ExchangeError(
+        f"{file}: ending {ending or '(none)'} is not known; known are .trc, .c3d, .bvh, .csv and "
+        ".txt"
+    )
+
+
+def tracks_from(
+    table: MarkerTable, *, corner_origin: bool = False, height_px: int | None = None
+) -> Tracks:
+    """Return picture positions of another program as tracks.
+
+    Parameters
+    ----------
+    table
+        Positions in px.
+    corner_origin
+        Whether the program counts from the corner of the first pixel (Tracker) rather than its
+        centre.
+    height_px
+        Height of the picture where the program's y points up; None if it points down.
+
+    Raises
+    ------
+    ExchangeError
+        If the positions are lengths.
+    """
+    if table.unit not in ("px", ""):
+        raise ExchangeError(f"positions are in {table.unit}: tracks need px")
+    position = table.positions[..., :2].copy()
+    if height_px is not None:
+        position[..., 1] = height_px - position[..., 1]
+    if corner_origin:
+        position -= 0.5
+    known = np.isfinite(position).all(axis=-1)
+    position[~known] = np.nan
+    return Tracks(
+        frame=np.rint(table.time_s * table.rate_hz).astype(int),
+        time_s=table.time_s,
+        names=table.names,
+        position_px=position,
+        sigma_px=np.where(known, FOREIGN_SIGMA_PX, np.nan),
+        status=np.where(known, "seen", "lost").astype("<U9"),
+    )
+
+
+def table_from(tracks: Tracks) -> MarkerTable:
+    """Return tracks as a table in px, y down, z 0."""
+    flat = np.zeros((*tracks.position_px.shape[:2], 1))
+    flat[~np.isfinite(tracks.position_px[..., :1])] = np.nan
+    positions = np.concatenate([tracks.position_px, flat], axis=2)
+    return MarkerTable(tracks.time_s, tracks.names, positions, "px")
+
+
+def motion_table(motion: Capture, markers: MarkerFile) -> MarkerTable:
+    """Return a motion as markers (mm, y up, z 0) that move rigidly with their bodies.
+
+    Each body's first marker, and a second point 100 mm from it along the body's x axis.
+    """
+    names: list[str] = []
+    columns = []
+    for body, rigid, start in (
+        (markers.reference, motion.head, np.zeros(2)),
+        (markers.moving, motion.package, motion.package_start_mm),
+    ):
+        names += [markers.bodies[body][0], f"{body}_axis"]
+        columns.append(rigid.apply(np.array([start, start + np.array([100.0, 0.0])])))
+    plane = np.concatenate(columns, axis=1)
+    positions = np.concatenate([plane, np.zeros((*plane.shape[:2], 1))], axis=2)
+    return MarkerTable(motion.time_s, tuple(names), positions, "mm")

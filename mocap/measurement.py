@@ -1,0 +1,66 @@
+"""What tracks and a marker file say together: scales and motions, before anything is written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap.motion.motion import Capture, capture
+from mocap.motion.phases import LipAtRim, lip_at_rim
+from mocap.motion.scale import (
+    BodyScale,
+    Picture,
+    axis_px,
+    body_scales,
+    flattened,
+    positions_mm,
+)
+from mocap.tracking.markers import MarkerFile
+from mocap.tracking.tracks import Tracks
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Tracks, scales and motion of one recording, before anything is written."""
+
+    tracks: Tracks
+    scales: dict[str, BodyScale]
+    motion: Capture
+    lip: LipAtRim | None
+    flat_px: Array
+    centre_px: Array
+
+
+def measure(tracks: Tracks, markers: MarkerFile, picture: Picture) -> Measurement:
+    """Return scales and motions from tracks (gaps bridged) and what the marker file knows."""
+    flat = flattened(tracks.position_px, markers, picture)
+    centre = flattened(axis_px(markers.lens, picture), markers, picture)
+    scales = body_scales(tracks, markers, flat)
+    world = positions_mm(flat, tracks.names, markers, scales, centre)
+    motion = capture(tracks, markers, world, scales)
+    lip = _lip(motion, tracks, markers, scales, picture, centre)
+    return Measurement(tracks, scales, motion, lip, flat, centre)
+
+
+def _lip(
+    motion: Capture,
+    tracks: Tracks,
+    markers: MarkerFile,
+    scales: Mapping[str, BodyScale],
+    picture: Picture,
+    centre: Array,
+) -> LipAtRim | None:
+    """Return where the upper lip is at the rim; both lie in the middle of face and package."""
+    if markers.style is None or motion.frame[0] != tracks.frame[0]:
+        return None
+    points = markers.style
+    clicked = [points.upper_lip, points.rim_lower, points.rim_upper]
+    scale = scales[markers.moving].px_per_mm[0]
+    away = (flattened(clicked, markers, picture) - centre) / scale * [1.0, -1.0]
+    from_mark = away - motion.origin_mm
+    return lip_at_rim(motion, from_mark[0], from_mark[1:])

@@ -1,0 +1,1 @@
+"""From tracks to rigid motions: scale, pose, smoothing, phases of drinking."""

@@ -1,0 +1,304 @@
+"""Drinking figures from a motion: phases, tilt, pitch, closest approach, and the style.
+
+The package is *at the mouth* while its reference point is within ``AT_MOUTH_MM`` of the place of
+closest approach to the head's reference point, in one stretch around that instant. Within that
+stretch the *tilt* is the package's rotation in the world, which is what moves the liquid, counted
+from its arrival towards its largest amount. Then
+
+=========  =====================================================================
+approach   from the first movement (10 % of the largest speed) to the mouth
+contact    at the mouth, before a tenth of the tilt
+tilt       from a tenth to nine tenths of the tilt
+drink      as long as nine tenths of the tilt are kept
+release    from then until the mouth is left
+=========  =====================================================================
+
+Suck, pour and pull differ in which lip seals (thesis §4.1): 'suck' closes both lips around the
+package, 'pour' leaves the upper lip off, 'pull' seals the upper lip with the liquid. Marks on head
+and neck do not show the lips. Where the marker file says where the upper lip and the ends of the
+rim are in the first frame, the rigid motions carry them along, and the lip's place at the opening
+tells the style, unless it lies within ``WALL_MM`` of the upper edge: there it may be on either side
+of the wall. Without those points only 'suck' can be told: nothing runs out of a package that is
+kept upright, so that its liquid reaches no lip by itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap.motion.motion import Capture
+
+Array: TypeAlias = NDArray[np.float64]
+
+AT_MOUTH_MM = 15.0
+MOVING_SHARE = 0.1
+# Between two sips the package goes at least this much (mm) further away than its closest place.
+LEAVES_MM = 80.0
+TILT_SHARE = 0.1
+# A package tilted less than this (degrees) while at the mouth is not emptied by gravity.
+NO_TILT_DEG = 3.0
+# Level liquid in a cylinder 2.5 times as high as wide and nine tenths full reaches the rim when
+# tilted by atan(0.5) = 27°: nothing runs out while the opening points higher above level than this.
+UPRIGHT_DEG = 63.0
+# The upper lip is clear of the rim if its foremost point keeps more than this off, mm.
+CLEAR_MM = 3.0
+# Walls of necks are 1.5 to 3 mm thick; points read off a picture, and a lip that moves on the
+# skull, are wrong by 2 mm. An upper lip nearer than this below the rim's upper edge may be in the
+# opening as well as on the rim.
+WALL_MM = 5.0
+# Marks that lie across the neck, one above the other when the package lies level.
+ACROSS_THE_NECK = ("package_lower", "package_upper")
+PHASES = ("approach", "contact", "tilt", "drink", "release")
+
+
+@dataclass(frozen=True)
+class DrinkingFigures:
+    """What a drinking motion looks like in numbers.
+
+    ``phases_s`` (start and end by name; phases that do not occur are left out) and times in s,
+    angles in degrees, lengths in mm. ``neck_tilt_deg`` is the largest rotation while at the mouth
+    as the head sees it, ``package_tilt_deg`` in the world. ``style`` is "suck", "pour", "pull" or
+    "unknown"; ``style_reason`` says by which observation.
+    """
+
+    phases_s: dict[str, tuple[float, float]]
+    duration_at_mouth_s: float
+    closest_s: float
+    closest_mm: float
+    neck_tilt_deg: float
+    package_tilt_deg: float
+    head_pitch_deg: float
+    style: str
+    style_reason: str
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the figures as plain values."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class LipAtRim:
+    """Where the foremost point of the upper lip is, seen from the opening of the package.
+
+    ``past_mm`` (n,) is how far it lies past the rim, along the neck; ``outside_mm`` (n,) how far
+    beyond the rim's upper edge, negative across the opening. ``inclination_deg`` says how far the
+    opening points above level in the first frame.
+    """
+
+    past_mm: Array
+    outside_mm: Array
+    inclination_deg: float
+
+
+def lip_at_rim(motion: Capture, lip_mm: Array, rim_mm: Array) -> LipAtRim:
+    """Return where the upper lip is at the rim, each carried along by its body.
+
+    Parameters
+    ----------
+    motion
+        Head and package.
+    lip_mm, rim_mm
+        (2,) and (2, 2), lower end first: positions in the first frame, mm from the head's mark.
+    """
+    lip = motion.head.apply(lip_mm[None])[:, 0]
+    rim = motion.package.apply(rim_mm)
+    across = rim[:, 1] - rim[:, 0]
+    across /= np.hypot(*across.T)[:, None]
+    inwards = np.column_stack([across[:, 1], -across[:, 0]])
+    # The marks sit on the neck, inwards of the rim.
+    inwards *= np.sign(np.sum(inwards[0] * (motion.package_start_mm - rim_mm[0])))
+    return LipAtRim(
+        past_mm=np.sum((lip - rim[:, 0]) * inwards, axis=1),
+        outside_mm=np.sum((lip - rim[:, 1]) * across, axis=1),
+        inclination_deg=float(np.degrees(np.arctan2(-inwards[0, 1], inwards[0, 0]))),
+    )
+
+
+def drinking_figures(motion: Capture, *, lip: LipAtRim | None = None) -> DrinkingFigures:
+    """Return the figures of a captured motion.
+
+    Parameters
+    ----------
+    motion
+        Head and package.
+    lip
+        Where the upper lip is at the rim, if known. How far the opening points above level is taken
+        from there, or else from the standard marks, which lie across the neck; the camera is taken
+        to be level.
+    """
+    inclination_deg = _inclination_of_marks(motion) if lip is None else lip.inclination_deg
+    return figures_of(
+        motion.time_s,
+        motion.relative_mm,
+        motion.relative_rad,
+        motion.head.angle_rad,
+        inclination_deg=inclination_deg,
+        lip=lip,
+    )
+
+
+def _inclination_of_marks(motion: Capture) -> float | None:
+    """Return how far above level (deg) an opening points that faces left, square to its marks."""
+    for body, pose in motion.poses.items():
+        if pose.markers == ACROSS_THE_NECK:
+            across = np.pi / 2 - motion.axis_rad[body]
+            return float(np.degrees(np.arctan2(np.sin(across), np.cos(across))))
+    return None
+
+
+def figures_of(
+    time_s: Array,
+    relative_mm: Array,
+    relative_rad: Array,
+    head_rad: Array,
+    *,
+    inclination_deg: float | None = None,
+    lip: LipAtRim | None = None,
+) -> DrinkingFigures:
+    """Return the figures of a motion given as arrays.
+
+    Parameters
+    ----------
+    time_s
+        (n,) times, s.
+    relative_mm, relative_rad
+        (n, 2) and (n,): the package seen from the head. Of a package whose rotation is not known
+        it is −``head_rad``: it is taken not to turn.
+    head_rad
+        (n,) rotation of the head; its range is the head's pitch.
+    inclination_deg
+        How far the opening points above level in the first frame, if known.
+    lip
+        As in :func:`drinking_figures`.
+    """
+    distance = np.hypot(*relative_mm.T)
+    closest = int(np.argmin(distance))
+    near = np.hypot(*(relative_mm - relative_mm[closest]).T) < AT_MOUTH_MM
+    first, last = _run_around(near, closest)
+    neck = np.degrees(relative_rad[first : last + 1] - relative_rad[first])
+    turned = np.degrees(relative_rad + head_rad)
+    change = turned[first : last + 1] - turned[first]
+    most = float(change[np.argmax(np.abs(change))])
+    phases = _phases(time_s, relative_mm, first, last, change, most)
+    lowest = None
+    if inclination_deg is not None:
+        lowest = inclination_deg - float((turned[first : last + 1] - turned[0]).max())
+    drunk = slice(first, last + 1)
+    if "drink" in phases:
+        start, end = phases["drink"]
+        drunk = slice(int(np.searchsorted(time_s, start)), int(np.searchsorted(time_s, end)) + 1)
+    style, reason = _style(lowest, lip, drunk)
+    return DrinkingFigures(
+        phases_s=phases,
+        duration_at_mouth_s=float(time_s[last] - time_s[first]),
+        closest_s=float(time_s[closest]),
+        closest_mm=float(distance[closest]),
+        neck_tilt_deg=float(neck[np.argmax(np.abs(neck))]),
+        package_tilt_deg=most,
+        head_pitch_deg=float(np.degrees(np.ptp(head_rad))),
+        style=style,
+        style_reason=reason,
+    )
+
+
+def sips_of(
+    time_s: Array, relative_mm: Array, relative_rad: Array, head_rad: Array
+) -> list[DrinkingFigures]:
+    """Return the figures of every sip of a longer recording, in order of time.
+
+    A sip is a stretch at the mouth; two are apart if the package leaves the mouth in between by
+    ``LEAVES_MM``. Arguments as in :func:`figures_of`.
+    """
+    distance = np.hypot(*relative_mm.T)
+    away = distance > distance.min() + LEAVES_MM
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], away, [True]]).astype(int)))
+    arrivals, leavings = edges[::2], edges[1::2]
+    # Each sip has the time from when the one before was over to when the next begins.
+    starts = np.concatenate([[0], leavings[:-1]])
+    ends = np.concatenate([arrivals[1:], [time_s.size]])
+    return [
+        figures_of(time_s[a:b], relative_mm[a:b], relative_rad[a:b], head_rad[a:b])
+        for a, b in zip(starts, ends, strict=True)
+    ]
+
+
+def _run_around(mask: NDArray[np.bool_], at: int) -> tuple[int, int]:
+    """Return the first and last index of the run of true values that holds ``at``."""
+    first = last = at
+    while first > 0 and mask[first - 1]:
+        first -= 1
+    while last < mask.size - 1 and mask[last + 1]:
+        last += 1
+    return first, last
+
+
+def _phases(
+    time: Array, relative: Array, first: int, last: int, change: Array, most: float
+) -> dict[str, tuple[float, float]]:
+    """Return start and end (s) of each phase that occurs."""
+    speed = np.hypot(*np.gradient(relative, time, axis=0).T) if time.size > 1 else np.zeros(1)
+    moving = np.flatnonzero(speed[: first + 1] > MOVING_SHARE * speed.max())
+    phases: dict[str, tuple[float, float]] = {}
+    if first > 0 and moving.size:
+        phases["approach"] = (float(time[moving[0]]), float(time[first]))
+    share = change / most if abs(most) > NO_TILT_DEG else np.zeros_like(change)
+    tilted = np.flatnonzero(share > TILT_SHARE)
+    full = np.flatnonzero(share > 1 - TILT_SHARE)
+    if tilted.size == 0:
+        phases["contact"] = (float(time[first]), float(time[last]))
+        return phases
+    begin, reached, left = first + tilted[0], first + full[0], first + full[-1]
+    marks = {
+        "contact": (first, begin),
+        "tilt": (begin, reached),
+        "drink": (reached, left),
+        "release": (left, last),
+    }
+    for name, (start, end) in marks.items():
+        if end > start:
+            phases[name] = (float(time[start]), float(time[end]))
+    return phases
+
+
+def _style(lowest_deg: float | None, lip: LipAtRim | None, drunk: slice) -> tuple[str, str]:
+    """Return the style and the observation it rests on.
+
+    Parameters
+    ----------
+    lowest_deg
+        How far the opening points above level at its lowest while at the mouth, if known.
+    lip
+        Where the upper lip is at the rim, if known.
+    drunk
+        The frames in which the package is drunk from.
+    """
+    upright = lowest_deg is not None and lowest_deg > UPRIGHT_DEG
+    if lip is None:
+        if upright:
+            return "suck", f"the opening stays {lowest_deg:.0f}° above level: nothing runs out"
+        return "unknown", "where the upper lip is at the rim is not known: see [style]"
+    past = float(np.median(lip.past_mm[drunk]))
+    outside = float(np.median(lip.outside_mm[drunk]))
+    if past < -CLEAR_MM:
+        clear = f"the upper lip stays {-past:.0f} mm off the rim"
+        if lowest_deg is None or upright:
+            return "unknown", f"{clear} and nothing runs out of the package"
+        return "pour", f"{clear} while the opening comes to {lowest_deg:.0f}° from level"
+    if outside > 0 and past > CLEAR_MM:
+        return "suck", (
+            f"the rim is {past:.0f} mm inside the upper lip, which lies {outside:.0f} mm outside "
+            "of its upper edge"
+        )
+    if outside < -WALL_MM and past > 0 and not upright:
+        return "pull", (
+            f"the upper lip is {past:.0f} mm inside the opening, {-outside:.0f} mm below the rim's "
+            "upper edge: it meets the liquid"
+        )
+    return "unknown", (
+        f"the upper lip lies {past:.0f} mm past the rim and {outside:.0f} mm from its upper edge: "
+        "on which side of the wall is not seen"
+    )

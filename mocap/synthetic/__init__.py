@@ -1,0 +1,1 @@
+"""A virtual camera: drawn videos whose motion is known exactly."""

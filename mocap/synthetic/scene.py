@@ -1,0 +1,172 @@
+"""What a virtual camera sees: flat coloured bodies with markers, moving in the world plane."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry2d.rigid import RigidMotion
+from mocap.synthetic.camera import Colour, SyntheticError
+
+Array = NDArray[np.float64]
+
+BLACK: Colour = (0.04, 0.04, 0.05)
+WHITE: Colour = (0.93, 0.93, 0.91)
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A flat coloured polygon of a body.
+
+    Parameters
+    ----------
+    corners_mm
+        (n, 2) corners in the body's own coordinates, mm; simple polygon, either orientation.
+    colour
+        Red, green, blue as displayed, 0...1.
+    opacity
+        1 covers what is behind it, 0 is invisible.
+    softness_mm
+        Standard deviation of a softening of the edge, mm: for shades, not for markers.
+    depth_mm
+        Height above the world plane, towards the camera, mm.
+    name, inside
+        A shape may be confined to an earlier shape of its body, which it names.
+    """
+
+    corners_mm: Array
+    colour: Colour
+    opacity: float = 1.0
+    softness_mm: float = 0.0
+    depth_mm: float = 0.0
+    name: str = ""
+    inside: str | None = None
+
+    def __post_init__(self) -> None:
+        corners = np.array(self.corners_mm, float)
+        if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
+            raise SyntheticError(
+                f"shape {self.name!r} has corners of shape {corners.shape}: give at least three "
+                "corners as (n, 2)"
+            )
+        if not np.isfinite(corners).all():
+            raise SyntheticError(f"shape {self.name!r} has a corner that is not a finite number")
+        corners.setflags(write=False)
+        object.__setattr__(self, "corners_mm", corners)
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A named point of a body and the shapes that make it visible.
+
+    The classmethods draw the usual kinds; `at_mm` is the point a tracker should find.
+    """
+
+    name: str
+    at_mm: tuple[float, float]
+    shapes: tuple[Shape, ...]
+    depth_mm: float = 0.0
+
+    @classmethod
+    def dot(
+        cls,
+        name: str,
+        at_mm: tuple[float, float],
+        *,
+        radius_mm: float,
+        colour: Colour = BLACK,
+        depth_mm: float = 0.0,
+    ) -> Marker:
+        """Return a bare disc."""
+        return cls(name, at_mm, (disc(at_mm, radius_mm, colour, depth_mm),), depth_mm)
+
+    @classmethod
+    def ring(
+        cls,
+        name: str,
+        at_mm: tuple[float, float],
+        *,
+        radii_mm: tuple[float, float],
+        colours: tuple[Colour, Colour] = (BLACK, WHITE),
+        depth_mm: float = 0.0,
+    ) -> Marker:
+        """Return a disc of the outer radius with a disc of the inner radius in the other colour."""
+        outer = disc(at_mm, radii_mm[0], colours[0], depth_mm)
+        inner = disc(at_mm, radii_mm[1], colours[1], depth_mm)
+        return cls(name, at_mm, (outer, inner), depth_mm)
+
+    @classmethod
+    def patch(
+        cls,
+        name: str,
+        at_mm: tuple[float, float],
+        *,
+        side_mm: float = 10.0,
+        radius_mm: float = 2.5,
+        turn_deg: float = 0.0,
+        colours: tuple[Colour, Colour] = (WHITE, BLACK),
+        depth_mm: float = 0.0,
+    ) -> Marker:
+        """Return a square sticker, turned by an angle, with a dot in its centre."""
+        angle = np.radians(turn_deg + 45 + 90 * np.arange(4))
+        square = np.column_stack([np.cos(angle), np.sin(angle)]) * side_mm / np.sqrt(2) + at_mm
+        sticker = Shape(square, colours[0], depth_mm=depth_mm)
+        return cls(name, at_mm, (sticker, disc(at_mm, radius_mm, colours[1], depth_mm)), depth_mm)
+
+
+@dataclass(frozen=True)
+class Body:
+    """Shapes and markers that move together; later ones are drawn over earlier ones."""
+
+    name: str
+    motion: RigidMotion
+    shapes: tuple[Shape, ...] = ()
+    markers: tuple[Marker, ...] = ()
+
+    def drawn(self) -> tuple[Shape, ...]:
+        """Return all shapes in drawing order, the markers' last."""
+        return self.shapes + tuple(s for marker in self.markers for s in marker.shapes)
+
+
+@dataclass(frozen=True)
+class Light:
+    """Uneven and flickering light.
+
+    Parameters
+    ----------
+    slope
+        Relative change of the light from one border of the picture to the other (right, down).
+    flicker, flicker_hz
+        Relative amplitude and frequency of a sinusoidal flicker (mains light: 100 or 120 Hz).
+    """
+
+    slope: tuple[float, float] = (0.0, 0.0)
+    flicker: float = 0.0
+    flicker_hz: float = 100.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Bodies in drawing order (an occluder is a body that comes late) before a background."""
+
+    bodies: tuple[Body, ...]
+    background: Colour = (0.72, 0.75, 0.77)
+    light: Light = field(default_factory=Light)
+
+    def __post_init__(self) -> None:
+        names = [marker.name for body in self.bodies for marker in body.markers]
+        doubled = sorted({name for name in names if names.count(name) > 1})
+        if doubled:
+            raise SyntheticError(f"marker {doubled[0]!r} occurs twice: give every marker one name")
+
+
+def disc(
+    centre_mm: tuple[float, float], radius_mm: float, colour: Colour, depth_mm: float = 0.0
+) -> Shape:
+    """Return a disc as a polygon of 96 corners with the area of the circle."""
+    angle = 2 * np.pi * np.arange(96) / 96
+    radius = radius_mm * np.sqrt(2 * np.pi / (96 * np.sin(2 * np.pi / 96)))
+    corners = np.column_stack([np.cos(angle), np.sin(angle)]) * radius + centre_mm
+    return Shape(corners, colour, depth_mm=depth_mm)

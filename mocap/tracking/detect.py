@@ -1,0 +1,306 @@
+"""Marker centres to a small fraction of a pixel, each with its standard error.
+
+A marker is fitted as a blurred elliptical disc, or ring, on a plane background:
+
+    I(x) = b0 + b·(x − c) + A [Φ(w (1 − ρ)) − Φ(w (q − ρ))],   ρ = |G (x − c)|
+
+with centre c, symmetric G (semi-axes and direction of the ellipse), edge sharpness w, contrast A
+(negative for dark markers), inner radius q relative to the outer one (0 and absent for a disc) and
+the cumulative normal distribution Φ. The model is symmetric about c and so are its usual faults
+(another blur, a curved response of the camera, motion during exposure): they leave the centre
+alone. The standard error comes from that part of the residual only which is antisymmetric about c,
+with its correlation between neighbouring pixels, since compression does not leave white noise.
+
+Least squares by Levenberg–Marquardt with the exact Jacobian (Marquardt 1963).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap.tracking.fit import (
+    CONTRAST,
+    INNER,
+    PARAMETERS,
+    SHARPNESS,
+    centre_covariance,
+    fit_disc,
+)
+
+Image: TypeAlias = NDArray[np.uint8]
+Array: TypeAlias = NDArray[np.float64]
+
+# A blob is taken for a marker if the fit leaves at most this share of its contrast unexplained.
+MISFIT_LIMIT = 0.16
+LONGEST_SHAPE = 2.6
+LEAST_CONTRAST = 14.0
+SMALLEST_RADIUS = 1.2
+# A hole smaller or larger than these shares of the radius is none: what was fitted is a disc, such
+# as the light middle of a dark ring, or a mere line.
+HOLE = (0.15, 0.92)
+
+
+@dataclass(frozen=True)
+class Detection:
+    """A fitted marker: centre (px) and its covariance (2, 2) px², and how it looks.
+
+    ``radius`` is the geometric mean of the semi-axes and ``aspect`` their ratio; ``contrast`` is in
+    grey levels, negative for dark on light; ``misfit`` is the RMS residual over the contrast;
+    ``parameters`` are those of the model, to start the fit of the next frame from.
+    """
+
+    x: float
+    y: float
+    covariance: Array
+    radius: float
+    aspect: float
+    contrast: float
+    misfit: float
+    ring: bool
+    parameters: Array
+
+    @property
+    def sigma_px(self) -> float:
+        """Standard error of either coordinate, px."""
+        return math.sqrt(0.5 * float(np.trace(self.covariance)))
+
+
+@dataclass(frozen=True)
+class Blob:
+    """A spot that may be a marker: rough centre and radius (px), contrast (grey levels)."""
+
+    x: float
+    y: float
+    radius: float
+    contrast: float
+    hollow: bool = False
+
+
+def fit_blob(image: Image, blob: Blob, *, ring: bool = False) -> Detection | None:
+    """Return the marker at a rough position in a picture (height, width), or None if there is none.
+
+    Parameters
+    ----------
+    image
+        (height, width) grey levels.
+    blob
+        Where to start, with a radius right to about a factor 1.5.
+    ring
+        Whether the marker is a ring.
+    """
+    start = np.zeros(PARAMETERS)
+    start[:6] = blob.x, blob.y, 1 / blob.radius, 0.0, 1 / blob.radius, max(2.0, blob.radius)
+    start[CONTRAST] = blob.contrast
+    start[CONTRAST + 1] = _level_around(image, blob)
+    start[INNER] = 0.5 if ring else 0.0
+    return refit(image, start, ring=ring)
+
+
+def refit(image: Image, start: Array, *, ring: bool = False) -> Detection | None:
+    """Return the marker found from starting parameters, such as those of the frame before."""
+    parameters = np.array(start, float)
+    for _ in range(3):
+        radius = _radius(parameters)
+        if not SMALLEST_RADIUS <= radius <= 0.25 * min(image.shape):
+            return None
+        window = _window(image, parameters[0], parameters[1], _reach(parameters))
+        if window is None:
+            return None
+        pixels, left, top = window
+        local = parameters.copy()
+        local[0] -= left
+        local[1] -= top
+        before = local[:2].copy()
+        reach = _reach(parameters)
+        fitted, residual, normal, converged = fit_disc(pixels, local, reach, ring)
+        if not converged or not np.isfinite(fitted).all():
+            return None
+        moved = float(np.hypot(*(fitted[:2] - before)))
+        parameters = fitted.copy()
+        parameters[0] += left
+        parameters[1] += top
+        same_window = moved < 0.75 and abs(_reach(parameters) - reach) < 1.0
+        if same_window:
+            break
+    covariance = centre_covariance(fitted, residual, normal, before, reach, ring)
+    return _detection(parameters, residual, covariance, ring)
+
+
+def find_blobs(image: Image, *, polarity: str, offset: tuple[int, int] = (0, 0)) -> list[Blob]:
+    """Return spots of a picture (height, width) that stand out from what surrounds them.
+
+    Parameters
+    ----------
+    image
+        Grey levels; may be part of a picture.
+    polarity
+        "dark", "light" or "auto" for both; "ring" for rings of either kind.
+    offset
+        Column and row (px) of the part in the whole picture, added to the positions returned.
+    """
+    found: list[Blob] = []
+    signs = {"dark": (-1,), "light": (1,)}.get(polarity, (-1, 1))
+    smooth = _blurred(image, 3)
+    for block in (11, 21, 41, 81):
+        if block > 2 * min(image.shape):
+            break
+        surround = _blurred(image, block)
+        for sign in signs:
+            stands_out = (sign * (smooth - surround) > 0.35 * LEAST_CONTRAST).astype(np.uint8)
+            found += _round_components(stands_out, smooth, sign, block, offset)
+    return _without_doubles(found)
+
+
+def detect(image: Image, *, polarity: str, offset: tuple[int, int] = (0, 0)) -> list[Detection]:
+    """Return all markers in a picture, or in a part of it at ``offset`` (column, row)."""
+    ring = polarity == "ring"
+    detections: list[Detection] = []
+    for blob in find_blobs(image, polarity=polarity):
+        found = fit_blob(image, blob, ring=ring)
+        if found is None or any(_same_place(found, other) for other in detections):
+            continue
+        detections.append(_shifted(found, offset))
+    return detections
+
+
+def _detection(
+    parameters: Array, residual: Array, covariance: Array, ring: bool
+) -> Detection | None:
+    """Return the fit as a detection if it looks like a marker at all."""
+    contrast = float(parameters[CONTRAST])
+    a, b, c = (float(value) for value in parameters[2:5])
+    # Eigenvalues of the symmetric [[a, b], [b, c]].
+    middle, half = 0.5 * (a + c), math.hypot(0.5 * (a - c), b)
+    if middle - half <= 0 or not np.isfinite(covariance).all():
+        return None
+    aspect = (middle + half) / (middle - half)
+    inside = residual[np.isfinite(residual)]
+    misfit = math.sqrt(float(inside @ inside) / inside.size) / max(abs(contrast), 1e-9)
+    if (
+        abs(contrast) < LEAST_CONTRAST
+        or misfit > MISFIT_LIMIT
+        or aspect > LONGEST_SHAPE
+        or parameters[SHARPNESS] < 0.8
+        or (ring and not HOLE[0] < parameters[INNER] < HOLE[1])
+    ):
+        return None
+    return Detection(
+        x=float(parameters[0]),
+        y=float(parameters[1]),
+        covariance=covariance,
+        radius=_radius(parameters),
+        aspect=aspect,
+        contrast=contrast,
+        misfit=misfit,
+        ring=ring,
+        parameters=parameters,
+    )
+
+
+def _shifted(found: Detection, offset: tuple[int, int]) -> Detection:
+    parameters = found.parameters.copy()
+    parameters[0] += offset[0]
+    parameters[1] += offset[1]
+    return replace(found, x=found.x + offset[0], y=found.y + offset[1], parameters=parameters)
+
+
+def _radius(parameters: Array) -> float:
+    determinant = float(parameters[2] * parameters[4] - parameters[3] ** 2)
+    return 1 / math.sqrt(determinant) if determinant > 0 else math.inf
+
+
+def _reach(parameters: Array) -> float:
+    """Return the radius (px) of the window: the marker and a rim that stays on its white square."""
+    radius = _radius(parameters)
+    return radius + min(max(0.6 * radius, 2.5), 6.0)
+
+
+def _window(
+    image: Image, x: float, y: float, reach: float
+) -> tuple[NDArray[np.uint8], int, int] | None:
+    """Return the square of pixels around a point, or None where it would leave the picture."""
+    half = math.ceil(reach) + 1
+    if not (math.isfinite(x) and math.isfinite(y)):
+        return None
+    left, top = round(x) - half, round(y) - half
+    right, bottom = left + 2 * half + 1, top + 2 * half + 1
+    if left < 0 or top < 0 or right > image.shape[1] or bottom > image.shape[0]:
+        return None
+    return image[top:bottom, left:right], left, top
+
+
+def _level_around(image: Image, blob: Blob) -> float:
+    """Return the grey level of the surroundings of a blob."""
+    half = math.ceil(1.5 * blob.radius) + 2
+    row, column = round(blob.y), round(blob.x)
+    patch = image[max(row - half, 0) : row + half + 1, max(column - half, 0) : column + half + 1]
+    return float(np.percentile(patch, 80 if blob.contrast < 0 else 20)) if patch.size else 128.0
+
+
+def _blurred(image: Image, size: int) -> NDArray[np.float32]:
+    import cv2
+
+    return np.asarray(cv2.blur(image.astype(np.float32), (size, size)), np.float32)
+
+
+def _round_components(
+    mask: NDArray[np.uint8],
+    smooth: NDArray[np.float32],
+    sign: int,
+    block: int,
+    offset: tuple[int, int],
+) -> list[Blob]:
+    """Return the connected about round spots of a mask whose size fits the block."""
+    import cv2
+
+    count, labels, stats, centres = cv2.connectedComponentsWithStats(mask, connectivity=4)
+    blobs = []
+    for k in range(1, count):
+        left, top, width, height, area = (int(value) for value in stats[k])
+        if area < 5 or max(width, height) > block or max(width, height) > 2.6 * min(width, height):
+            continue
+        touches_edge = left == 0 or top == 0
+        touches_edge |= left + width == mask.shape[1] or top + height == mask.shape[0]
+        if touches_edge or area < 0.35 * width * height:
+            continue
+        region = smooth[top : top + height, left : left + width]
+        own = region[labels[top : top + height, left : left + width] == k]
+        around = smooth[max(top - 3, 0) : top + height + 3, max(left - 3, 0) : left + width + 3]
+        outside = np.percentile(around, 85 if sign < 0 else 15)
+        contrast = float(np.percentile(own, 15 if sign < 0 else 85) - outside)
+        if sign * contrast < LEAST_CONTRAST:
+            continue
+        blobs.append(
+            Blob(
+                x=float(centres[k][0]) + offset[0],
+                y=float(centres[k][1]) + offset[1],
+                radius=max(math.sqrt(0.25 * width * height), 1.5),
+                contrast=contrast,
+            )
+        )
+    return blobs
+
+
+def _without_doubles(blobs: list[Blob]) -> list[Blob]:
+    """Return the blobs without those that lie on one of higher contrast."""
+    kept: list[Blob] = []
+    for blob in sorted(blobs, key=lambda b: -abs(b.contrast)):
+        close = (
+            math.hypot(blob.x - other.x, blob.y - other.y) < 0.5 * min(blob.radius, other.radius)
+            and blob.contrast * other.contrast > 0
+            and 0.6 < blob.radius / other.radius < 1.6
+            for other in kept
+        )
+        if not any(close):
+            kept.append(blob)
+    return kept
+
+
+def _same_place(one: Detection, other: Detection) -> bool:
+    apart = math.hypot(one.x - other.x, one.y - other.y)
+    return apart < 0.5 * max(one.radius, other.radius)

@@ -1,0 +1,151 @@
+"""One video from its first used frame to its last: markers found, followed, corrected by hand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from mocap.tracking.link import Guide, Tracker, TrackingError
+from mocap.tracking.locate import fit_near, locate_markers
+from mocap.tracking.markers import MarkerFile
+from mocap.tracking.tracks import Tracks, TracksError
+from mocap.video.frames import Frame, Video
+
+# Standard error (px) of a position set by hand without one.
+HAND_SIGMA_PX = 0.5
+# Times of a frame in a table and in the video may differ by this (s), for rounding.
+TIME_TOLERANCE_S = 1e-3
+
+
+def follow(
+    video: Video,
+    markers: MarkerFile,
+    *,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    given: Tracks | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Tracks:
+    """Return the tracks of all markers through a video, gaps left open.
+
+    Parameters
+    ----------
+    video
+        The recording; frames are decoded once, in order.
+    markers
+        What to look for.
+    start_s, end_s
+        First and last used instant on the file's own clock, s.
+    given
+        Tracks corrected by hand: positions "seen" and "fixed" are kept as they are, "predicted"
+        ones are left to be bridged, everything else is tracked.
+    progress
+        Told what is done and how far it is.
+
+    Raises
+    ------
+    TrackingError
+        If a marker is not found in the first used frame.
+    TracksError
+        If the given tracks belong to other markers, frames, times or a larger picture.
+    VideoError
+        If the video cannot be read.
+    """
+    _check_names(given, markers)
+    tracker: Tracker | None = None
+    for frame in video.frames(start_s=start_s, end_s=end_s):
+        guides = _guides(given, frame)
+        if tracker is None:
+            tracker = _started(frame, markers, guides)
+        tracker.see(frame.index, frame.time_s, frame.image, guides=guides)
+        if progress is not None:
+            progress("tracking the markers", video.decoded, video.info.declared_frames)
+    assert tracker is not None
+    tracks = tracker.tracks()
+    if len(tracks.frame) < 2:
+        why = "only one frame is used; a motion needs at least two: widen --start and --end"
+        if start_s is None and end_s is None:
+            why = "holds a single frame; a motion needs at least two"
+        raise TrackingError(f"{video.path}: {why}")
+    if given is not None and not np.isin(given.frame, tracks.frame).any():
+        raise TracksError(
+            f"--tracks: none of its frames ({given.frame[0]} to {given.frame[-1]}) is used "
+            f"({tracks.frame[0]} to {tracks.frame[-1]}): it belongs to another video or interval"
+        )
+    return _without(tracks, video.timing.distrusted, given)
+
+
+def _started(frame: Frame, markers: MarkerFile, guides: dict[str, Guide]) -> Tracker:
+    """Return a tracker that knows each marker from the first frame."""
+    placed = dict(markers.positions_px)
+    for name, guide in guides.items():
+        if guide.position_px is not None:
+            placed[name] = guide.position_px
+    starts = locate_markers(frame.image, replace(markers, positions_px=placed), frame.index)
+    return Tracker(
+        starts=starts,
+        bodies=markers.bodies,
+        picture=(frame.image.shape[0], frame.image.shape[1]),
+        polarity=markers.polarity,
+        fit_near=lambda image, at, look: fit_near(image, at, markers.polarity, look),
+    )
+
+
+def _check_names(given: Tracks | None, markers: MarkerFile) -> None:
+    if given is None:
+        return
+    unknown = [name for name in given.names if name not in markers.names]
+    if unknown:
+        raise TracksError(
+            f"--tracks: marker {unknown[0]!r} is not in {markers.path}; "
+            f"known: {', '.join(markers.names)}"
+        )
+
+
+def _guides(given: Tracks | None, frame: Frame) -> dict[str, Guide]:
+    """Return what the corrected tracks say about one frame."""
+    if given is None:
+        return {}
+    row = int(np.searchsorted(given.frame, frame.index))
+    if row >= given.frame.size or given.frame[row] != frame.index:
+        return {}
+    if abs(given.time_s[row] - frame.time_s) > TIME_TOLERANCE_S:
+        raise TracksError(
+            f"--tracks: frame {frame.index} is at {given.time_s[row]:g} s there and at "
+            f"{frame.time_s:g} s in the video: it belongs to another video or another --fps"
+        )
+    height, width = frame.image.shape
+    guides = {}
+    for k, name in enumerate(given.names):
+        status = str(given.status[row, k])
+        if status in ("seen", "fixed"):
+            x, y = (float(v) for v in given.position_px[row, k])
+            if not (-0.5 <= x <= width - 0.5 and -0.5 <= y <= height - 0.5):
+                raise TracksError(
+                    f"--tracks: {name} in frame {frame.index} lies at [{x:g}, {y:g}], off the "
+                    f"picture of {width} x {height} px: correct the row, or set it to 'lost'"
+                )
+            sigma = float(given.sigma_px[row, k])
+            guides[name] = Guide((x, y), sigma if math.isfinite(sigma) else HAND_SIGMA_PX, status)
+        elif status == "predicted":
+            guides[name] = Guide(None, math.nan, status)
+    return guides
+
+
+def _without(tracks: Tracks, distrusted: frozenset[int], given: Tracks | None) -> Tracks:
+    """Return the tracks without what repeated or blended frames show."""
+    rows = np.isin(tracks.frame, list(distrusted))
+    drop = rows[:, None] & (tracks.status == "seen")
+    if given is not None or not drop.any():
+        return tracks
+    status = np.where(drop, "lost", tracks.status)
+    position = np.where(drop[..., None], np.nan, tracks.position_px)
+    return replace(
+        tracks,
+        status=status,
+        position_px=position,
+        sigma_px=np.where(drop, np.nan, tracks.sigma_px),
+    )

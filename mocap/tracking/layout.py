@@ -1,0 +1,205 @@
+"""Which spot is which marker when the file does not say: the layout of a face and a package.
+
+The person faces right and the package comes from there. The two package marks are the pair that
+lies closest together for its size; ear and nose are the widest pair on the other side, about level;
+jaw markers lie below the line from ear to nose.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+
+from mocap.tracking.detect import Detection
+from mocap.tracking.link import TrackingError
+from mocap.tracking.markers import DEFAULT_BODIES, MarkerFile
+
+# Distance from ear to nose on a person, mm (adults; generous).
+EAR_NOSE_MM = (75.0, 150.0)
+# Radius of a dot or ring that people paste or draw, mm (generous); smaller and larger spots are
+# texture.
+DOT_MM = (0.8, 8.0)
+# How unlike each other two marks of one package may be.
+PAIR_SIZE_RATIO = 1.6
+PAIR_CONTRAST_RATIO = 1.8
+MOST_SPOTS = 40
+# Nobody pastes a dot above the line from ear to nose; on the jaw there may be unnamed ones.
+COST_OF_A_SPOT_ABOVE = 0.15
+
+
+def assign_layout(
+    spots: Sequence[Detection],
+    known: Mapping[str, Detection],
+    sought: Sequence[str],
+    markers: MarkerFile,
+    frame: int,
+) -> dict[str, Detection]:
+    """Return the spot of each sought marker.
+
+    Parameters
+    ----------
+    spots
+        All spots of the picture that look like markers.
+    known
+        Markers already found.
+    sought
+        Those to assign.
+    markers
+        For the distances in mm.
+    frame
+        Number of the frame, for messages.
+
+    Raises
+    ------
+    TrackingError
+        Saying what was looked for and what was found.
+    """
+    free = [
+        spot
+        for spot in spots
+        if all(math.hypot(spot.x - k.x, spot.y - k.y) > spot.radius for k in known.values())
+    ]
+    free = sorted(free, key=lambda spot: -abs(spot.contrast) / (1 + 20 * spot.misfit))[:MOST_SPOTS]
+    standard = {name for members in DEFAULT_BODIES.values() for name in members}
+    if not set(sought) <= standard:
+        raise TrackingError(
+            f"{sorted(set(sought) - standard)[0]}: give its position in [markers]; only the usual "
+            "markers of face and package are recognised by their layout"
+        )
+    if len(free) < len(sought):
+        raise TrackingError(
+            f"frame {frame}: looked for {len(sought)} markers ({', '.join(sought)}) and found "
+            f"{len(free)} round spots; give their positions in [markers], or start at a frame "
+            "that shows them with --start"
+        )
+    best: tuple[float, dict[str, Detection]] | None = None
+    for package in _package_choices(free, known, sought):
+        for head in _head_choices(free, known, sought, package, markers):
+            chosen = {**known, **package, **head}
+            jaw = _jaw_choice(free, chosen, sought)
+            if jaw is None or not _sized_like_markers({**chosen, **jaw}, markers):
+                continue
+            cost = _cost(chosen, markers) + COST_OF_A_SPOT_ABOVE * _spots_above(free, chosen)
+            if best is None or cost < best[0]:
+                best = (cost, {**package, **head, **jaw})
+    if best is None:
+        raise TrackingError(
+            f"frame {frame}: {len(free)} round spots were found, but none of their arrangements is "
+            f"a face with a package to its right ({', '.join(sought)} looked for); give the "
+            "positions in [markers]"
+        )
+    return {name: best[1][name] for name in sought}
+
+
+def _package_choices(
+    free: Sequence[Detection], known: Mapping[str, Detection], sought: Sequence[str]
+) -> list[dict[str, Detection]]:
+    """Return the possible package pairs, the closest for their size first."""
+    lower, upper = known.get("package_lower"), known.get("package_upper")
+    lowers = [lower] if lower is not None else list(free)
+    uppers = [upper] if upper is not None else list(free)
+    pairs = []
+    for one, other in itertools.product(lowers, uppers):
+        if one is other or not _alike(one, other):
+            continue
+        if lower is None and upper is None and one.y < other.y:
+            continue
+        distance = math.hypot(one.x - other.x, one.y - other.y)
+        size = one.radius + other.radius
+        if distance > 1.2 * size:
+            pairs.append((distance / size, {"package_lower": one, "package_upper": other}))
+    pairs.sort(key=lambda pair: pair[0])
+    return [pair for _, pair in pairs[:12]]
+
+
+def _head_choices(
+    free: Sequence[Detection],
+    known: Mapping[str, Detection],
+    sought: Sequence[str],
+    package: Mapping[str, Detection],
+    markers: MarkerFile,
+) -> list[dict[str, Detection]]:
+    """Return the possible places of ear and nose to the left of a package pair."""
+    lower, upper = package["package_lower"], package["package_upper"]
+    unit = math.hypot(lower.x - upper.x, lower.y - upper.y) / markers.scale_mm["package"]
+    rest = [spot for spot in free if spot not in (lower, upper)]
+    ears = [known["ear"]] if "ear" in known else rest
+    noses = [known["nose"]] if "nose" in known else rest
+    least, most = EAR_NOSE_MM
+    if "head" in markers.scale_mm:
+        least, most = 0.85 * markers.scale_mm["head"], 1.2 * markers.scale_mm["head"]
+    choices = []
+    for ear, nose in itertools.product(ears, noses):
+        if ear is nose or ear.x >= nose.x or nose.x > max(lower.x, upper.x) + 60 * unit:
+            continue
+        distance = math.hypot(ear.x - nose.x, ear.y - nose.y)
+        tilted = abs(ear.y - nose.y) > 0.7 * distance
+        if least * unit <= distance <= most * unit and not tilted and _alike(ear, nose):
+            choices.append({"ear": ear, "nose": nose})
+    return choices
+
+
+def _jaw_choice(
+    free: Sequence[Detection], chosen: Mapping[str, Detection], sought: Sequence[str]
+) -> dict[str, Detection] | None:
+    """Return the jaw markers below the line from ear to nose: the back one nearer to the ear."""
+    wanted = [name for name in ("jaw_back", "jaw_front") if name in sought]
+    if not wanted:
+        return {}
+    ear, nose = chosen["ear"], chosen["nose"]
+    along = (nose.x - ear.x, nose.y - ear.y)
+    length = math.hypot(*along)
+    below = []
+    for spot in free:
+        if any(spot is other for other in chosen.values()) or not _alike(spot, ear):
+            continue
+        u = ((spot.x - ear.x) * along[0] + (spot.y - ear.y) * along[1]) / length**2
+        v = ((spot.y - ear.y) * along[0] - (spot.x - ear.x) * along[1]) / length**2
+        if 0.2 < u < 1.25 and 0.5 < v < 1.8:
+            below.append((u, spot))
+    if len(below) < len(wanted):
+        return None
+    below.sort(key=lambda item: item[0])
+    ends = [below[0][1], below[-1][1]] if len(wanted) == 2 else [below[-1][1]]
+    return dict(zip(wanted, ends, strict=True))
+
+
+def _spots_above(free: Sequence[Detection], chosen: Mapping[str, Detection]) -> int:
+    """Return how many spots like the ear's lie above the line from ear to nose, on the face."""
+    ear, nose = chosen["ear"], chosen["nose"]
+    along = (nose.x - ear.x, nose.y - ear.y)
+    length = math.hypot(*along)
+    others = [spot for spot in free if all(spot is not taken for taken in chosen.values())]
+    count = 0
+    for spot in others:
+        u = ((spot.x - ear.x) * along[0] + (spot.y - ear.y) * along[1]) / length**2
+        v = ((spot.y - ear.y) * along[0] - (spot.x - ear.x) * along[1]) / length**2
+        count += 0.2 < u < 1.4 and -1.0 < v < -0.1 and _alike(spot, ear)
+    return count
+
+
+def _cost(chosen: Mapping[str, Detection], markers: MarkerFile) -> float:
+    """Return how unusual an arrangement is; less is better."""
+    lower, upper = chosen["package_lower"], chosen["package_upper"]
+    unit = math.hypot(lower.x - upper.x, lower.y - upper.y) / markers.scale_mm["package"]
+    ear, nose = chosen["ear"], chosen["nose"]
+    width = math.hypot(ear.x - nose.x, ear.y - nose.y) / unit
+    usual = markers.scale_mm.get("head", 105.0)
+    unlike = abs(math.log(lower.radius / upper.radius)) + abs(math.log(ear.radius / nose.radius))
+    return abs(math.log(width / usual)) + unlike + 0.2 * abs(ear.y - nose.y) / (unit * width)
+
+
+def _sized_like_markers(chosen: Mapping[str, Detection], markers: MarkerFile) -> bool:
+    """Whether all spots are as large as markers are, by the scale of the package's pair."""
+    lower, upper = chosen["package_lower"], chosen["package_upper"]
+    unit = math.hypot(lower.x - upper.x, lower.y - upper.y) / markers.scale_mm["package"]
+    return all(DOT_MM[0] < spot.radius / unit < DOT_MM[1] for spot in chosen.values())
+
+
+def _alike(one: Detection, other: Detection) -> bool:
+    size, contrast = one.radius / other.radius, one.contrast / other.contrast
+    return (
+        1 / PAIR_SIZE_RATIO < size < PAIR_SIZE_RATIO
+        and 1 / PAIR_CONTRAST_RATIO < contrast < PAIR_CONTRAST_RATIO
+    )

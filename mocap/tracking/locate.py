@@ -1,0 +1,123 @@
+"""Which marker is which in the first used frame: from rough positions, or from the usual layout."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mocap.tracking.detect import Blob, Detection, detect, fit_blob
+from mocap.tracking.layout import assign_layout
+from mocap.tracking.link import TrackingError
+from mocap.tracking.markers import MarkerFile
+
+Image: TypeAlias = NDArray[np.uint8]
+
+# A rough position may be wrong by this share of the picture's width.
+ROUGH_SHARE = 0.035
+LEAST_SEARCH_PX = 25.0
+# A picture whose brightest and darkest parts differ by less than this shows nothing.
+BLACK_RANGE = 16
+
+
+def locate_markers(image: Image, markers: MarkerFile, frame: int) -> dict[str, Detection]:
+    """Return every marker of the file as found in a picture (height, width).
+
+    Parameters
+    ----------
+    image
+        The first used frame.
+    markers
+        Names and rough positions; markers without position are found by the usual layout of face
+        and package.
+    frame
+        The frame's number, for messages.
+
+    Raises
+    ------
+    TrackingError
+        If a position lies off the picture, if nothing like a marker is near it, or if the layout
+        does not show which spot is which marker.
+    """
+    spread = float(np.percentile(image, 99.9)) - float(np.percentile(image, 0.1))
+    if spread < BLACK_RANGE:
+        raise TrackingError(
+            f"frame {frame} shows nothing (brightness differs by {spread:.0f} of 255 grey levels): "
+            "start later with --start"
+        )
+    given = {name: at for name, at in markers.positions_px.items() if at is not None}
+    for name, at in given.items():
+        _check_inside(name, at, image)
+    found = _near_positions(image, given, markers.polarity, frame)
+    sought = [name for name in markers.names if name not in found]
+    if sought:
+        everything = detect(image, polarity=markers.polarity)
+        found |= assign_layout(everything, found, sought, markers, frame)
+    return {name: found[name] for name in markers.names}
+
+
+def fit_near(
+    image: Image, at: tuple[float, float], polarity: str, look: Detection | None
+) -> Detection | None:
+    """Return the marker nearest to a hand-set position (px), or None if there is none."""
+    if look is not None:
+        blob = Blob(at[0], at[1], look.radius, look.contrast)
+        found = fit_blob(image, blob, ring=look.ring)
+        if found is not None and math.hypot(found.x - at[0], found.y - at[1]) < look.radius:
+            return found
+    near = _candidates(image, at, polarity)
+    return min(near, key=lambda d: math.hypot(d.x - at[0], d.y - at[1]), default=None)
+
+
+def _check_inside(name: str, at: tuple[float, float], image: Image) -> None:
+    height, width = image.shape
+    if not (0 <= at[0] <= width - 1 and 0 <= at[1] <= height - 1):
+        raise TrackingError(
+            f"[markers] {name} = [{at[0]:g}, {at[1]:g}] lies off the picture of {width} x {height} "
+            "px: give its position in the first used frame, or leave it out to have it looked for"
+        )
+
+
+def _near_positions(
+    image: Image, given: Mapping[str, tuple[float, float]], polarity: str, frame: int
+) -> dict[str, Detection]:
+    """Return the spot that belongs to each rough position, no spot twice."""
+    search = _search_px(image)
+    choices = []
+    for name, at in given.items():
+        for spot in _candidates(image, at, polarity):
+            away = math.hypot(spot.x - at[0], spot.y - at[1])
+            if away <= search:
+                # Of two spots about as near, the one that stands out more.
+                choices.append((away / search - abs(spot.contrast) / 512.0, name, spot))
+    found: dict[str, Detection] = {}
+    for _, name, spot in sorted(choices, key=lambda choice: choice[0]):
+        taken = any(
+            math.hypot(spot.x - other.x, spot.y - other.y) < spot.radius for other in found.values()
+        )
+        if name not in found and not taken:
+            found[name] = spot
+    for name, at in given.items():
+        if name not in found:
+            kind = {"auto": "dark or light spot", "ring": "ring"}.get(polarity, f"{polarity} spot")
+            raise TrackingError(
+                f"{name}: no {kind} of its own within {search:.0f} px of [{at[0]:g}, {at[1]:g}] in "
+                f"frame {frame}; correct its position in the marker file, or start with --start at "
+                "a frame that shows it"
+            )
+    return found
+
+
+def _candidates(image: Image, at: tuple[float, float], polarity: str) -> list[Detection]:
+    """Return the spots around a position."""
+    reach = 2 * _search_px(image)
+    left, top = max(int(at[0] - reach), 0), max(int(at[1] - reach), 0)
+    part = image[top : int(at[1] + reach) + 1, left : int(at[0] + reach) + 1]
+    return detect(part, polarity=polarity, offset=(left, top))
+
+
+def _search_px(image: Image) -> float:
+    return max(ROUGH_SHARE * float(max(image.shape)), LEAST_SEARCH_PX)

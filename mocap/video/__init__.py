@@ -1,0 +1,1 @@
+"""Videos: their frames and the times at which these were taken."""

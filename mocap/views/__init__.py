@@ -1,0 +1,1 @@
+"""What a conversion shows: overlay, chart, summary."""

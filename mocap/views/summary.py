@@ -1,0 +1,260 @@
+"""What a conversion says about itself: ``summary.json``."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geometry2d.rigid import rotated
+from mocap.measurement import Measurement
+from mocap.motion.motion import Capture, Poses
+from mocap.motion.phases import drinking_figures
+from mocap.motion.scale import BodyScale, Picture
+from mocap.tracking.markers import MarkerFile
+from mocap.tracking.tracks import Tracks
+from mocap.video.frames import VideoInfo
+from mocap.video.times import Timing
+
+
+def summary(
+    info: VideoInfo,
+    timing: Timing,
+    markers: MarkerFile,
+    measured: Measurement,
+    picture: Picture,
+) -> dict[str, Any]:
+    """Return everything worth knowing about a conversion, ready for JSON.
+
+    Parameters
+    ----------
+    info, timing
+        What the file and its frames say.
+    markers, measured, picture
+        The marker file, what was measured, the picture's size.
+    """
+    motion = measured.motion
+    depth = depth_effect(measured, markers)
+    warnings = [*video_warnings(info, timing), *_measurement_warnings(measured, markers)]
+    warnings += depth.pop("warnings")
+    return {
+        "command": "drinksim convert",
+        "recording": {
+            "video": info.path.name,
+            "rendered": markers.rendered,
+            "codec": info.codec,
+            "width_px": info.width,
+            "height_px": info.height,
+            "rotation_deg": info.rotation_deg,
+            "interlaced": info.interlaced,
+            "frames_declared": info.declared_frames,
+            "frames_in_file": timing.frames_in_file,
+            "frames_used": timing.frames,
+            "first_s": timing.first_s,
+            "last_s": timing.last_s,
+            "median_interval_s": timing.median_interval_s,
+            "variable_rate": timing.variable_rate,
+            "repeated_frames": list(timing.repeated),
+            "blended_frames": list(timing.blended),
+            "dropped_frames": [list(gap) for gap in timing.dropped],
+            "combed_frames": list(timing.combed),
+        },
+        "markers": {name: _marker(measured.tracks, name) for name in measured.tracks.names},
+        "scale": {body: _scale(scale) for body, scale in measured.scales.items()},
+        "depth": depth,
+        "bodies": {
+            body: {
+                "markers": list(pose.markers),
+                "turns": pose.turns,
+                "rigid": pose.rigid,
+                "residual_rms_mm": pose.residual_rms_mm,
+                "expected_residual_mm": pose.expected_residual_mm,
+            }
+            for body, pose in motion.poses.items()
+        },
+        "first_frame": {
+            f"{body}_axis_deg": math.degrees(axis) for body, axis in motion.axis_rad.items()
+        },
+        "other_bodies": {body: _other(pose, motion) for body, pose in motion.others.items()},
+        "smoothing": {
+            name: {
+                "cutoff_hz": result.cutoff_hz,
+                "removed_rms": result.removed_rms,
+                "noise_found_over_stated": result.noise_factor,
+                "rate_sigma_median": float(np.median(result.rate_sigma)),
+            }
+            for name, result in motion.smoothing.items()
+        },
+        "relative": {
+            "moving": markers.moving,
+            "reference": markers.reference,
+            "first_frame": int(motion.frame[0]),
+            "last_frame": int(motion.frame[-1]),
+            "start_x_mm": float(motion.relative_mm[0, 0]),
+            "start_y_mm": float(motion.relative_mm[0, 1]),
+            "range_x_mm": float(np.ptp(motion.relative_mm[:, 0])),
+            "range_y_mm": float(np.ptp(motion.relative_mm[:, 1])),
+            "range_theta_deg": float(np.degrees(np.ptp(motion.relative_rad))),
+            "sigma_x_mm_median": float(np.median(motion.sigma[:, 0])),
+            "sigma_y_mm_median": float(np.median(motion.sigma[:, 1])),
+            "sigma_theta_deg_median": float(np.degrees(np.median(motion.sigma[:, 2]))),
+        },
+        "drinking": drinking_figures(motion, lip=measured.lip).as_json(),
+        "warnings": warnings,
+    }
+
+
+def write_summary(report: dict[str, Any], path: Path) -> None:
+    """Write a summary as JSON; numbers that do not exist become null."""
+    text = json.dumps(_finite(report), indent=2, ensure_ascii=False, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
+    """Return how far apart the bodies lie in depth and what ignoring that would do.
+
+    ``error_without_mm`` is the RMS difference between the relative position as measured and as it
+    would be with the package's scale for both bodies, with a constant and beyond it. Where the head
+    has no scale of its own, ``error_per_percent_mm`` is that error for each percent by which it
+    appears larger than the package, and ``warnings`` say so.
+    """
+    head, package = measured.scales[markers.reference], measured.scales[markers.moving]
+    ratio = head.px_per_mm / package.px_per_mm
+    report: dict[str, Any] = {
+        "own_scale_of_reference": head.source != package.source,
+        "reference_over_moving_scale": float(np.mean(ratio)),
+        "warnings": [],
+    }
+    mark = measured.tracks.names.index(markers.bodies[markers.reference][0])
+    from_axis = (measured.flat_px[:, mark] - measured.centre_px) * np.array([1.0, -1.0])
+    known = np.isfinite(from_axis[:, 0])
+    if head.source == package.source:
+        away = from_axis[known] / package.px_per_mm[known, None]
+        wrong = 0.01 * float(np.sqrt(np.mean(np.sum(away**2, axis=1))))
+        report["error_per_percent_mm"] = wrong
+        if len(markers.bodies[markers.reference]) > 1 and markers.moving in markers.scale_mm:
+            report["warnings"] = [
+                f"[scale] {markers.reference} is not given: both bodies are taken to lie at one "
+                f"depth; for each percent by which {markers.reference} appears larger (15 mm "
+                f"nearer, at 1.5 m) positions are wrong by {wrong:.1f} mm, which is not in the "
+                "stated errors"
+            ]
+        return report
+    displaced = from_axis * (1 / package.px_per_mm - 1 / head.px_per_mm)[:, None]
+    start = displaced[known][0]
+    report["error_without_mm"] = float(np.sqrt(np.mean(np.sum(displaced[known] ** 2, axis=1))))
+    report["error_of_motion_without_mm"] = float(
+        np.sqrt(np.mean(np.sum((displaced[known] - start) ** 2, axis=1)))
+    )
+    return report
+
+
+def _other(pose: Poses, motion: Capture) -> dict[str, Any]:
+    """Return whether a further body is rigid, and how far it moves as the reference sees it."""
+    seen = rotated(
+        pose.position_mm - motion.poses[next(iter(motion.poses))].position_mm,
+        -motion.head.angle_rad,
+    )
+    return {
+        "markers": list(pose.markers),
+        "rigid": pose.rigid,
+        "residual_rms_mm": pose.residual_rms_mm,
+        "expected_residual_mm": pose.expected_residual_mm,
+        "moves_on_reference_mm": float(np.hypot(*np.ptp(seen, axis=0))),
+        "turns_on_reference_deg": float(np.degrees(np.ptp(pose.angle_rad - motion.head.angle_rad))),
+    }
+
+
+def _marker(tracks: Tracks, name: str) -> dict[str, Any]:
+    status = tracks.status[:, tracks.names.index(name)]
+    _, sigma = tracks.of(name)
+    seen = sigma[tracks.known(name)]
+    return {
+        **{kind: int(np.sum(status == kind)) for kind in ("seen", "fixed", "predicted", "lost")},
+        "sigma_px_median": float(np.median(seen)) if seen.size else math.nan,
+    }
+
+
+def _scale(scale: BodyScale) -> dict[str, Any]:
+    return {
+        "px_per_mm_first": float(scale.px_per_mm[0]),
+        "px_per_mm_last": float(scale.px_per_mm[-1]),
+        "relative_sigma": scale.relative_sigma,
+        "from_marks_of": scale.source,
+        "change": scale.change,
+        "foreshortened_frames": len(scale.foreshortened),
+        "enlarged_frames": len(scale.enlarged),
+        "flattening_share": scale.flattening.share,
+        "flattening_share_sigma": scale.flattening.sigma,
+    }
+
+
+def video_warnings(info: VideoInfo, timing: Timing) -> list[str]:
+    """Return what a reader must know of a file and its frames, one sentence each."""
+    warnings = timing.warnings()
+    held, announced = timing.frames_in_file, info.declared_frames
+    if held is not None and announced and not info.interlaced and held != announced:
+        warnings.append(f"the file announces {announced} frames and holds {held}: those are used")
+    if info.rotation_deg:
+        warnings.append(f"the picture was turned by {info.rotation_deg}° as the file asks")
+    if info.interlaced:
+        warnings.append("the picture is interlaced: each field was made a frame of its own")
+    if info.pixel_aspect != 1.0:
+        warnings.append(f"pixels are {info.pixel_aspect:.4g} times as wide as high: corrected")
+    return warnings
+
+
+def _measurement_warnings(measured: Measurement, markers: MarkerFile) -> list[str]:
+    warnings = []
+    motion, tracks = measured.motion, measured.tracks
+    for name in tracks.names:
+        lost = int(np.sum(tracks.status[:, tracks.names.index(name)] == "lost"))
+        if lost:
+            warnings.append(f"{name} is lost in {lost} of {tracks.frame.size} frames")
+    if motion.frame.size < tracks.frame.size:
+        warnings.append(
+            f"the motion covers frames {motion.frame[0]} to {motion.frame[-1]} of "
+            f"{tracks.frame[0]} to {tracks.frame[-1]}: elsewhere markers are missing"
+        )
+    for body, pose in motion.poses.items():
+        if not pose.turns:
+            warnings.append(f"{body} has one marker: its rotation is not known and taken as zero")
+        if not pose.rigid:
+            warnings.append(
+                f"{body} is not rigid: its markers miss their places by "
+                f"{pose.residual_rms_mm:.2f} mm RMS, {pose.expected_residual_mm:.2f} mm expected"
+            )
+    for body, pose in motion.others.items():
+        if not pose.rigid:
+            warnings.append(
+                f"{body} is not rigid ({pose.residual_rms_mm:.2f} mm RMS): skin slides; it takes "
+                "no part in the motion"
+            )
+    for body, scale in measured.scales.items():
+        if scale.source != body:
+            continue
+        cause = scale.flattening.cause.value
+        for frames, how in ((scale.foreshortened, "close together"), (scale.enlarged, "far apart")):
+            if frames:
+                warnings.append(
+                    f"{body}: its marks appear too {how} in {len(frames)} frames; {cause}"
+                )
+        if scale.change > 0.02:
+            warnings.append(
+                f"{body}: its apparent size changes by {100 * scale.change:.1f} %, which is "
+                f"followed as depth; {cause}"
+            )
+    return warnings
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

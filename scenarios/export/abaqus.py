@@ -1,0 +1,37 @@
+"""A run's model as an input deck for Abaqus."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fem2d.export.deck import abaqus_deck
+from scenarios.results.output import file_at_once
+from scenarios.results.solution import Solution
+from scenarios.settings.scenario import read_scenario
+from scenarios.sip.replay import prepared
+
+
+def export_abaqus(run: Path, out: Path) -> None:
+    """Write the model of a run directory, meshed and driven as it was, into the file ``out``.
+
+    Raises
+    ------
+    SolutionError
+        If ``run`` is not a run directory.
+    OutputError
+        If ``out`` cannot be written.
+    DeckError
+        If the model holds something that a deck cannot say.
+    """
+    Solution.load(run)
+    scenario = read_scenario(str(run / "scenario.toml"))
+    ready = prepared(scenario)
+    deck = abaqus_deck(
+        ready.lips.system,
+        ready.motion,
+        start_s=ready.start_s,
+        end_s=ready.end_s,
+        title=f"drinksim: {scenario.name}, {scenario.solver.resolution}",
+    )
+    with file_at_once(out) as partial:
+        partial.write_text(deck, encoding="ascii")

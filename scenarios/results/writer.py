@@ -1,0 +1,351 @@
+"""Writing a run directory so that a killed run loses nothing it had computed.
+
+While a run goes on, every committed increment is one file of ``increments/`` in the ``.partial``
+directory, put there by a rename: however the run ends, each increment is complete or absent. The
+solver's state is kept for the last one only, so that the run can go on after it. Only a complete
+run gets ``fields.h5`` and its final name.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import fields as dataclass_fields
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry2d.rigid import RigidPlacement
+from scenarios.results.output import (
+    check_replaceable,
+    file_at_once,
+    partial_directory,
+    put_in_place,
+)
+from scenarios.results.solution import (
+    CONTACT_FIELDS,
+    ELEMENT_FIELDS,
+    HISTORY,
+    IN_NECK_FRAME,
+    ContactField,
+    Increment,
+    Model,
+    Quantity,
+    SolutionError,
+)
+
+Arrays = dict[str, NDArray[Any]]
+
+
+class SolutionWriter:
+    """Writes a run directory, increment by increment, so that a killed run loses nothing.
+
+    Parameters
+    ----------
+    out
+        the directory to appear when the run is complete; until then it is called ``out.partial``.
+    scenario_toml
+        the resolved scenario.
+    resume
+        go on after the last complete increment of ``out.partial`` if there is one. Without it,
+        whatever an earlier run left there is discarded.
+    """
+
+    def __init__(self, out: Path, scenario_toml: str, *, resume: bool) -> None:
+        check_replaceable(out)
+        self.out = out
+        self.partial = partial_directory(out)
+        self._increments = self.partial / "increments"
+        self._started = time.monotonic()
+        if resume and self._increments.is_dir():
+            self._check_same_scenario(scenario_toml)
+        elif self.partial.exists():
+            shutil.rmtree(self.partial)
+        self._increments.mkdir(parents=True, exist_ok=True)
+        (self.partial / "scenario.toml").write_text(scenario_toml, encoding="utf-8")
+        self.count = len(self._files())
+        self.log(f"drinksim {version('drinksim')}, after {self.count} increments")
+
+    def __enter__(self) -> SolutionWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Leave nothing behind if the run failed before there was anything to go on from."""
+        if kind is not None and self.count == 0:
+            self.discard()
+
+    @property
+    def folder(self) -> Path:
+        """The directory that is being filled."""
+        return self.partial
+
+    def keep(self, source: Path, kept: Path) -> None:
+        """Copy a file into the run directory, so that the run can be repeated and shown from it."""
+        if kept.is_file():
+            if kept.read_bytes() != source.read_bytes():
+                raise SolutionError(
+                    f"{self.partial} was started with another {kept.name} than {source}: give that "
+                    "one, or run without --resume to start over"
+                )
+            return
+        with file_at_once(kept) as partial:
+            shutil.copyfile(source, partial)
+
+    def last(self) -> Increment | None:
+        """Return the last complete increment, from which a run can go on, or None."""
+        files = self._files()
+        if not files:
+            return None
+        state = _read_arrays(self._state_file(len(files) - 1))
+        return replace(_read_increment(files[-1]), state=state)
+
+    def model(self, model: Model) -> None:
+        """Write the undeformed section; once, before the first increment."""
+        arrays: dict[str, NDArray[Any]] = {
+            "nodes": model.nodes,
+            "triangles": model.triangles,
+            "region": model.region,
+            "region_names": np.array(model.region_names),
+        }
+        arrays |= {f"skin/{lip}": edges for lip, edges in model.skin.items()}
+        arrays |= {f"outlines/{name}": line for name, line in model.outlines.items()}
+        _write_arrays(self.partial / "model.npz", arrays)
+
+    def commit(self, increment: Increment) -> None:
+        """Add a converged increment; when this returns it is safe on disk."""
+        row = increment.row()
+        # The state goes first: an increment counts from the moment its own file is there.
+        _write_arrays(self._state_file(self.count), dict(increment.state))
+        _write_arrays(self._increments / f"{self.count:06d}.npz", _increment_arrays(increment))
+        self._state_file(self.count - 1).unlink(missing_ok=True)
+        self.count += 1
+        history = self.partial / "history.csv"
+        new = not history.exists()
+        with history.open("a", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream)
+            if new:
+                writer.writerow(row)
+            writer.writerow(_csv_row(row))
+        self.log(
+            f"increment {self.count}: time {increment.time_s:.4f} s, "
+            f"{increment.newton_iterations} iterations, {increment.cutbacks} cutbacks"
+        )
+
+    def log(self, line: str) -> None:
+        """Add a line to run.log."""
+        seconds = time.monotonic() - self._started
+        with (self.partial / "run.log").open("a", encoding="utf-8") as stream:
+            stream.write(f"{seconds:9.2f} s  {line}\n")
+
+    def discard(self) -> None:
+        """Remove what has been written."""
+        shutil.rmtree(self.partial, ignore_errors=True)
+
+    def finish(self, *, finished: bool, sentence: str, about: Mapping[str, Any]) -> dict[str, Any]:
+        """Write history.csv, fields.h5 and summary.json, and put the directory in its place.
+
+        ``finished`` says whether the whole motion was replayed, ``sentence`` how it ended, and
+        ``about`` is added to the summary, which is returned. There must be an increment.
+        """
+        rows = []
+        fields = self.partial / "fields.h5"
+        with file_at_once(fields) as partial, h5py.File(partial, "w") as store:
+            _store_model(store, _read_model(self.partial / "model.npz"))
+            rows_of = _Rows(store, self.count)
+            for index, path in enumerate(self._files()):
+                increment = _read_increment(path)
+                rows.append(increment.row())
+                rows_of.write(index, increment)
+        _write_history(self.partial / "history.csv", rows)
+        self.log(sentence)
+        summary = {
+            "finished": finished,
+            "sentence": sentence,
+            "increments": self.count,
+            **_peaks(rows),
+            "newton_iterations": int(sum(row["newton_iterations"] for row in rows)),
+            "cutbacks": int(sum(row["cutbacks"] for row in rows)),
+            "wall_s": round(time.monotonic() - self._started, 2),
+            "version": version("drinksim"),
+            **about,
+        }
+        text = json.dumps(summary, indent=2, allow_nan=False)
+        (self.partial / "summary.json").write_text(text + "\n", encoding="utf-8")
+        shutil.rmtree(self._increments)
+        self._state_file(self.count - 1).unlink()
+        (self.partial / "model.npz").unlink()
+        put_in_place(self.partial, self.out)
+        return summary
+
+    def _state_file(self, number: int) -> Path:
+        return self.partial / f"state-{number:06d}.npz"
+
+    def _files(self) -> list[Path]:
+        return sorted(self._increments.glob("[0-9]*.npz"))
+
+    def _check_same_scenario(self, scenario_toml: str) -> None:
+        earlier = (self.partial / "scenario.toml").read_text(encoding="utf-8")
+        if earlier != scenario_toml:
+            raise SolutionError(
+                f"{self.partial} was started with other settings: repeat those, or run without "
+                "--resume to start over"
+            )
+
+
+def _csv_row(row: Mapping[str, float]) -> list[str]:
+    whole = ("newton_iterations", "cutbacks")
+    return [str(int(value)) if name in whole else f"{value:.9g}" for name, value in row.items()]
+
+
+def _write_history(file: Path, rows: Sequence[Mapping[str, float]]) -> None:
+    with file_at_once(file) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow([quantity.name for quantity in HISTORY])
+        writer.writerows(_csv_row(row) for row in rows)
+
+
+def _peaks(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Return the extreme values over the run of what is compared between runs."""
+    smallest = {"dermis_min_log_strain"}
+    compared = [
+        quantity.name
+        for quantity in HISTORY
+        if quantity.name.startswith("dermis") or quantity.name.endswith(("_kpa", "_contact_mm"))
+    ]
+    return {
+        name: min(row[name] for row in rows) if name in smallest else max(row[name] for row in rows)
+        for name in compared
+    }
+
+
+def _write_arrays(file: Path, arrays: Arrays) -> None:
+    with file_at_once(file) as partial:
+        np.savez(partial, **arrays)  # type: ignore[arg-type]
+
+
+def _read_arrays(file: Path) -> Arrays:
+    with np.load(file, allow_pickle=False) as stored:
+        return {name: stored[name] for name in stored.files}
+
+
+def _group(arrays: Arrays, name: str) -> Arrays:
+    """Return the arrays whose names start with ``name/``, under the rest of their names."""
+    prefix = f"{name}/"
+    return {
+        key.removeprefix(prefix): value for key, value in arrays.items() if key.startswith(prefix)
+    }
+
+
+def _read_model(file: Path) -> Model:
+    arrays = _read_arrays(file)
+    return Model(
+        nodes=arrays["nodes"],
+        triangles=arrays["triangles"],
+        region=arrays["region"],
+        region_names=tuple(str(name) for name in arrays["region_names"]),
+        skin=_group(arrays, "skin"),
+        outlines=_group(arrays, "outlines"),
+    )
+
+
+def _increment_arrays(increment: Increment) -> Arrays:
+    place = increment.placement
+    arrays: Arrays = {
+        "time": np.array([increment.time_s, increment.relative_time]),
+        "placement": np.array([place.angle_rad, *place.shift_mm]),
+        "displacement": increment.displacement,
+        "cost": np.array([increment.newton_iterations, increment.cutbacks]),
+    }
+    arrays |= {f"element/{name}": np.asarray(field) for name, field in increment.element.items()}
+    arrays |= {f"history/{name}": np.array(value) for name, value in increment.history.items()}
+    for lip, contact in increment.contact.items():
+        arrays |= {
+            f"contact/{lip}/{f.name}": getattr(contact, f.name) for f in dataclass_fields(contact)
+        }
+    return arrays
+
+
+def _read_increment(file: Path) -> Increment:
+    arrays = _read_arrays(file)
+    angle, x, y = arrays["placement"]
+    contact = _group(arrays, "contact")
+    lips = sorted({name.split("/")[0] for name in contact})
+    return Increment(
+        time_s=float(arrays["time"][0]),
+        relative_time=float(arrays["time"][1]),
+        placement=RigidPlacement(float(angle), (float(x), float(y))),
+        displacement=arrays["displacement"],
+        element=_group(arrays, "element"),
+        contact={lip: ContactField(**_group(contact, lip)) for lip in lips},
+        history={name: float(value) for name, value in _group(arrays, "history").items()},
+        newton_iterations=int(arrays["cost"][0]),
+        cutbacks=int(arrays["cost"][1]),
+    )
+
+
+def _store_model(store: h5py.File, model: Model) -> None:
+    store.attrs["about"] = "drinksim replay; lengths in mm, stresses in MPa, head frame, y up"
+    mesh = store.create_group("mesh")
+    mesh["nodes"] = model.nodes
+    mesh["nodes"].attrs["unit"] = "mm"
+    mesh["triangles6"] = model.triangles
+    mesh["triangles6"].attrs["order"] = "corners 0, 1, 2, then the middles of 01, 12, 20"
+    mesh["region"] = model.region
+    mesh["region"].attrs["regions"] = list(model.region_names)
+    for lip, edges in model.skin.items():
+        mesh[f"{lip}_skin"] = edges
+        mesh[f"{lip}_skin"].attrs["order"] = "first, last, middle node of each edge"
+    for name, line in model.outlines.items():
+        store[f"outlines/{name}"] = line
+        store[f"outlines/{name}"].attrs["unit"] = "mm"
+        store[f"outlines/{name}"].attrs["frame"] = "neck" if name in IN_NECK_FRAME else "head"
+
+
+class _Rows:
+    """The datasets of fields.h5 with a row for each of ``count`` increments, made at the first."""
+
+    def __init__(self, store: h5py.File, count: int) -> None:
+        self._store, self._count = store, count
+        # Kept open: to find a dataset by its name again takes longer than to write its row.
+        self._open: dict[str, h5py.Dataset] = {}
+
+    def write(self, index: int, increment: Increment) -> None:
+        """Write row ``index`` of every dataset."""
+        place = increment.placement
+        times = Quantity("time_s", "s", "time of the recording")
+        where = Quantity("placement", "rad, mm, mm", "neck frame in the head frame: angle, x, y")
+        moved = Quantity("displacement", "mm", "of every node, head frame")
+        placement = np.array([place.angle_rad, *place.shift_mm])
+        self._row("increments", times, np.array(increment.time_s), index, "f8")
+        self._row("increments", where, placement, index, "f8")
+        self._row("increments", moved, increment.displacement, index, "f8")
+        for quantity in ELEMENT_FIELDS:
+            self._row("element", quantity, increment.element[quantity.name], index, "f4")
+        for lip, contact in increment.contact.items():
+            group = f"contact/{lip}"
+            if index == 0:
+                self._store[f"{group}/arc_mm"] = contact.arc_mm
+                self._store[f"{group}/arc_mm"].attrs["unit"] = "mm"
+            for quantity in CONTACT_FIELDS:
+                self._row(group, quantity, getattr(contact, quantity.name), index, "f8")
+
+    def _row(
+        self, group: str, quantity: Quantity, values: NDArray[Any], index: int, kind: str
+    ) -> None:
+        path = f"{group}/{quantity.name}"
+        if path not in self._open:
+            packed = {"chunks": (1, *values.shape), "compression": "gzip", "compression_opts": 1}
+            options = packed if values.ndim else {}
+            shape = (self._count, *values.shape)
+            self._open[path] = self._store.create_dataset(path, shape, kind, **options)
+            self._open[path].attrs["unit"] = quantity.unit
+            self._open[path].attrs["meaning"] = quantity.meaning
+        self._open[path][index] = values

@@ -1,0 +1,271 @@
+"""The lips of a scenario as a mechanical model: tissue, ties, contacts and what pulls on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
+from fem2d.body.surface import Surface
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.contact.rigid import RigidContact
+from fem2d.contact.self_contact import TissueContact
+from fem2d.loads.dead import Amplitude, DeadLoad
+from fem2d.loads.tie import ElasticTie
+from fem2d.materials.library import configuration
+from fem2d.materials.material import Material, stiffened
+from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.model import System
+from geometry2d.anatomy.head import HeadSection
+from geometry2d.curves import nearest_arc_length
+from geometry2d.mesh import LEVELS, section_mesh
+from geometry2d.neck import NeckSection
+from geometry2d.rigid import rotated
+from scenarios.results.solution import LIPS, Model
+from scenarios.settings.scenario import Muscle, Scenario, ScenarioError, Skin
+
+Array = NDArray[np.float64]
+
+BONE_STIFFNESS_MPA_PER_MM = 1.0
+"""Elastic layer that ties tissue to bone: some 20 times stiffer than 10 mm of bulk tissue."""
+
+FOLD_REACH_MM = 0.5
+"""How far from a skin another part of skin is looked for: far more than any penetration."""
+
+POINTS_BETWEEN_NODES = 2
+"""In each half of an edge, where contact is looked for too: edges of up to 0.4 mm then sink over
+corners with that radius by less than 0.005 mm (docs/contact.md)."""
+
+TISSUE = Inertia(density_tonne_per_mm3=1e-9, spectral_radius=0.0, relaxation_s=0.02)
+"""Soft tissue's own density, and a relaxation time that is short against a sip of seconds: what
+snaps back or starts to slip then takes a moment, not none (docs/solver.md has the convergence)."""
+
+WALLS = ("upper_wall", "lower_wall")
+
+
+@dataclass(frozen=True)
+class SkinLine:
+    """The skin of a lip as a line, on which places are told by their distance from the margin.
+
+    Attributes
+    ----------
+    points
+        (n, 2) undeformed skin in the head section's frame, the tissue on its left, mm.
+    margin_mm
+        Arc length of the lip's margin (stomion) on it, mm.
+    outwards
+        1 where arc length grows from the mouth to the face, −1 where it shrinks.
+    """
+
+    points: Array
+    margin_mm: float
+    outwards: int
+
+    @classmethod
+    def of(cls, head: HeadSection, lip: str) -> SkinLine:
+        """Return the skin of the "upper" or the "lower" lip of a head."""
+        points = getattr(head, lip).curves["skin"]
+        margin = nearest_arc_length(points, head.landmarks[f"stomion_{lip}"])
+        return cls(points, margin, 1 if lip == "upper" else -1)
+
+    def arc_mm(self, place_mm: float) -> float:
+        """Return the arc length of a place, mm from the margin and positive towards the face."""
+        return self.margin_mm + self.outwards * place_mm
+
+    def place_mm(self, arc_mm: float) -> float:
+        """Return the place of an arc length, the inverse of :meth:`arc_mm`."""
+        return self.outwards * (arc_mm - self.margin_mm)
+
+
+@dataclass(frozen=True)
+class Pull:
+    """A pseudo-muscle whose size and direction are known.
+
+    Attributes
+    ----------
+    muscle
+        Where and when it pulls.
+    traction_kpa, direction_deg
+        Force per undeformed area where it pulls in full, and its direction in the head section.
+    """
+
+    muscle: Muscle
+    traction_kpa: float
+    direction_deg: float
+
+    @property
+    def amplitude(self) -> Amplitude:
+        """How much of it acts, against time."""
+        return Amplitude(
+            self.muscle.instants_s, (0.0, 1.0, 1.0, 0.0) * len(self.muscle.tense_from_s)
+        )
+
+
+@dataclass(frozen=True)
+class Lips:
+    """The mechanical model of a scenario, in the frame of the head section, and its parts' names.
+
+    Attributes
+    ----------
+    scenario
+        What it is made from.
+    head, neck
+        Their sections, each in its own frame.
+    pull
+        What draws a lip out of the neck's way; None if nothing does.
+    present
+        Which lips are modelled.
+    """
+
+    scenario: Scenario
+    head: HeadSection
+    neck: NeckSection
+    pull: Pull | None = None
+    present: tuple[str, ...] = LIPS
+
+    @cached_property
+    def body(self) -> Body:
+        """The lips, meshed."""
+        solver = self.scenario.solver
+        sections = tuple(getattr(self.head, lip) for lip in self.present)
+        mesh = section_mesh(sections, LEVELS[solver.resolution])
+        return Body.of(
+            mesh,
+            _materials(self.scenario.skin, self.present),
+            plane=Plane.STRESS if solver.plane == "stress" else Plane.STRAIN,
+            thickness_mm=solver.thickness_mm,
+        )
+
+    def surface(self, name: str) -> Surface:
+        """Return a named stretch of boundary with its integration points."""
+        body = self.body
+        return Surface(body.edges(name), body.nodes, self.scenario.solver.thickness_mm)
+
+    def free_edges(self, lip: str) -> NDArray[np.intp]:
+        """Return the edges (m, 3) of a lip that may touch: its skin and, behind it, its inner side.
+
+        In order along the boundary, the tissue on the left.
+        """
+        skin, inner = (self.body.edges(f"{lip}_{part}") for part in ("skin", "inner"))
+        inner_first = inner[-1, 1] == skin[0, 0]
+        return np.concatenate([inner, skin] if inner_first else [skin, inner])
+
+    def free_surface(self, lip: str, *, at_nodes: bool = True, between_nodes: int = 0) -> Surface:
+        """Return the surface of a lip that may touch, by default with its nodes as points."""
+        return Surface(
+            self.free_edges(lip),
+            self.body.nodes,
+            self.scenario.solver.thickness_mm,
+            at_nodes=at_nodes,
+            between_nodes=between_nodes,
+        )
+
+    @cached_property
+    def system(self) -> System:
+        """Lips, ties, and what they touch."""
+        contact = self.scenario.contact
+        normal = NormalLaw()
+        neck, teeth = FrictionLaw(contact.friction), FrictionLaw(contact.teeth_friction)
+        surfaces = {
+            lip: self.free_surface(lip, between_nodes=POINTS_BETWEEN_NODES) for lip in self.present
+        }
+        on_walls = [
+            RigidContact(f"{lip} lip on {wall}", surface, getattr(self.neck, wall), normal, neck)
+            for lip, surface in surfaces.items()
+            for wall in WALLS
+        ]
+        on_teeth = [
+            RigidContact(
+                f"{lip} lip on {lip}_tooth",
+                surface,
+                getattr(self.head, f"{lip}_tooth"),
+                normal,
+                teeth,
+                moving=False,
+            )
+            for lip, surface in surfaces.items()
+        ]
+        ties = tuple(
+            ElasticTie(
+                f"{lip}_{part}",
+                self.surface(f"{lip}_{part}"),
+                BONE_STIFFNESS_MPA_PER_MM,
+                self.scenario.head.tie_fade_mm if part == "bone" else 0.0,
+            )
+            for lip in self.present
+            for part in ("bone", "cut")
+        )
+        lips = TissueContact(
+            "lip on lip",
+            tuple(self.free_surface(lip, at_nodes=False) for lip in self.present),
+            normal,
+            FrictionLaw(contact.lip_friction),
+            reach_mm=FOLD_REACH_MM,
+            itself=True,
+        )
+        loads = () if self.pull is None else (self.load(self.pull),)
+        return System(self.body, (*on_walls, *on_teeth), ties, TISSUE, (lips,), loads)
+
+    def load(self, pull: Pull) -> DeadLoad:
+        """Return the dead load of a pull on a lip."""
+        muscle = pull.muscle
+        line = SkinLine.of(self.head, muscle.lip)
+        ends = sorted(line.arc_mm(place) for place in (muscle.from_mm, muscle.to_mm))
+        direction = np.deg2rad(pull.direction_deg)
+        size_mpa = 1e-3 * pull.traction_kpa
+        return DeadLoad(
+            f"pull on the {muscle.lip} lip",
+            self.surface(f"{muscle.lip}_skin"),
+            from_mm=ends[0],
+            to_mm=ends[1],
+            fade_mm=muscle.fade_mm,
+            traction_mpa=(
+                size_mpa * float(np.cos(direction)),
+                size_mpa * float(np.sin(direction)),
+            ),
+            amplitude=pull.amplitude,
+        )
+
+    def model(self, head_angle_rad: float) -> Model:
+        """Return the section as the solution keeps it, turned by an angle."""
+        body = self.body
+        names = tuple(f"{lip}_{part}" for lip in self.present for part in ("dermis", "bulk"))
+        region = np.zeros(len(body.tables.connectivity), np.int64)
+        for number, name in enumerate(names):
+            region[body.elements_of(name)] = number
+        turned = {
+            name: rotated(line, head_angle_rad)
+            for name, line in {
+                "upper_tooth": self.head.upper_tooth.sampled(0.2),
+                "lower_tooth": self.head.lower_tooth.sampled(0.2),
+                "upper_jaw": self.head.upper_jaw,
+                "lower_jaw": self.head.lower_jaw,
+                "profile": self.head.profile,
+            }.items()
+        }
+        walls = {wall: getattr(self.neck, wall).sampled(0.1) for wall in WALLS}
+        walls["package"] = self.neck.silhouette
+        return Model(
+            nodes=rotated(body.nodes, head_angle_rad),
+            triangles=body.tables.connectivity,
+            region=region,
+            region_names=names,
+            skin={lip: self.free_edges(lip) for lip in self.present},
+            outlines=turned | walls,
+        )
+
+
+def _materials(skin: Skin, lips: tuple[str, ...]) -> dict[str, Material]:
+    name = skin.configuration
+    layers = list(configuration(name).values())
+    if len(layers) > 2:
+        raise ScenarioError(
+            f"skin.configuration = {name!r} has {len(layers)} layers, the lips have two: "
+            "choose L1, L2-GOH or L2-Ogden"
+        )
+    parts = {"dermis": stiffened(layers[0], skin.dermis_stiffness), "bulk": layers[-1]}
+    return {f"{lip}_{part}": material for lip in lips for part, material in parts.items()}

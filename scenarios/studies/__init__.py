@@ -1,0 +1,1 @@
+"""Studies of a material, the suction test, calibration and the lip press."""

@@ -1,0 +1,432 @@
+"""The lip press: a threaded neck pressed into a block of lip until it carries a given force.
+
+Thesis section 3.1.3 and Figure 3.6: the lip's bottom is fixed, the neck neither turns nor moves
+sideways, and is lowered until 0.3 N act on it. Which parts of the thread then touch is compared
+with where food colouring was found on a package. The sizes of the lip are lost with the figure;
+the defaults are assumed openly.
+
+The lip stands upright, its bottom at y = 0 and its middle at x = 0; the neck's axis is horizontal,
+its opening towards −x, and its lower wall comes down on the lip.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
+from fem2d.body.surface import Surface
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.contact.rigid import RigidContact
+from fem2d.materials.library import configuration_cards
+from fem2d.materials.material import Material
+from fem2d.solvers.linear import fastest_solver
+from fem2d.solvers.static import Load, Settled, StaticSystem, advance, settle
+from geometry2d.mesh import polygon_mesh
+from geometry2d.neck import NECKS, NeckSection, neck_section
+from geometry2d.rigid import RigidPlacement
+from scenarios.results.output import directory_at_once
+from scenarios.results.progress import Progress
+from scenarios.settings.tables import nearest, setting
+from scenarios.studies.aspiration import write_summary, write_table
+
+Array = NDArray[np.float64]
+
+ASSUMED = "assumed: the thesis' size is lost with its figure"
+STEP_MM = 0.25
+DEEPEST = 0.8
+"""Share of the lip's height beyond which the neck cannot be pressed."""
+FORCE_TOLERANCE = 1e-4
+FLOOR = 0.1
+"""The floor of a root: within this share of the thread's depth of the root's diameter."""
+
+
+class PressError(ValueError):
+    """A press was described that cannot be done."""
+
+
+@dataclass(frozen=True)
+class PressOptions:
+    """How hard is pressed, with what, and the block of lip."""
+
+    force: float = setting(
+        default=0.3, unit="N", minimum=1e-6, maximum=1e4,
+        description="force on the section", source="thesis section 3.1.3",
+    )  # fmt: skip
+    neck: str = setting(default="A38", description="neck of the library: A38 or DC")
+    lip_width_mm: float = setting(
+        default=18.0, unit="mm", minimum=2.0, maximum=200.0,
+        description="width of the block", source=ASSUMED,
+    )  # fmt: skip
+    lip_height_mm: float = setting(
+        default=12.0, unit="mm", minimum=2.0, maximum=200.0,
+        description="height of the block", source=ASSUMED,
+    )  # fmt: skip
+    lip_radius_mm: float = setting(
+        default=5.0, unit="mm", minimum=0.1, maximum=100.0,
+        description="rounding of its upper corners", source=ASSUMED,
+    )  # fmt: skip
+    dermis_mm: float = setting(
+        default=1.195, unit="mm", minimum=0.01, maximum=50.0,
+        description="thickness of the dermis around it", source="thesis Table 3.4",
+    )  # fmt: skip
+    opening_mm: float = setting(
+        default=4.0, unit="mm", minimum=-100.0, maximum=200.0,
+        description="from the block's left side to the neck's opening", source=ASSUMED,
+    )  # fmt: skip
+    friction: float = setting(
+        default=1.0, minimum=0.0, maximum=10.0,
+        description="friction coefficient of lip and neck", source="thesis section 4.1.2",
+    )  # fmt: skip
+    plane: Literal["stress", "strain"] = setting(
+        default="stress", description="of the section", choices=("stress", "strain")
+    )
+    thickness_mm: float = setting(
+        default=1.0, unit="mm", minimum=1e-3, maximum=1e3,
+        description="of the section", source="the scenarios'",
+    )  # fmt: skip
+    edge_mm: float = setting(
+        default=0.3, unit="mm", minimum=0.05, maximum=5.0,
+        description="length of an element's edge at the neck",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        if self.neck not in NECKS:
+            raise PressError(f"neck {self.neck!r} is unknown: {nearest(self.neck, NECKS)}")
+        if self.lip_radius_mm <= self.dermis_mm:
+            raise PressError(
+                f"a dermis of {self.dermis_mm:g} mm does not fit around corners rounded by "
+                f"{self.lip_radius_mm:g} mm: make lip_radius_mm larger"
+            )
+        if 2 * self.lip_radius_mm >= self.lip_width_mm or self.lip_radius_mm >= self.lip_height_mm:
+            raise PressError(
+                f"corners rounded by {self.lip_radius_mm:g} mm do not fit on a lip of "
+                f"{self.lip_width_mm:g} by {self.lip_height_mm:g} mm: make lip_radius_mm smaller"
+            )
+
+
+@dataclass(frozen=True)
+class Press:
+    """A lip under a neck.
+
+    Parameters
+    ----------
+    layers
+        Materials, the dermis first.
+    options
+        Force, neck and sizes.
+    """
+
+    layers: Mapping[str, Material]
+    options: PressOptions
+
+    @cached_property
+    def neck(self) -> NeckSection:
+        """The neck, in its own frame."""
+        return neck_section(NECKS[self.options.neck])
+
+    @cached_property
+    def body(self) -> Body:
+        """The block of lip."""
+        o = self.options
+        outer, inner = (_profile(o, inset) for inset in (0.0, o.dermis_mm))
+        skin, inside = next(iter(self.layers)), list(self.layers)[-1]
+        regions = {"dermis": np.concatenate([outer, inner[::-1]]), "bulk": inner}
+
+        def size(points: Array) -> Array:
+            depth = np.maximum(o.lip_height_mm - points[:, 1] - 0.5, 0.0)
+            return np.asarray(o.edge_mm * (1 + 0.4 * depth))
+
+        tiny = 1e-6
+        mesh = polygon_mesh(
+            regions,
+            size,
+            boundaries={
+                "bottom": lambda middle: middle[:, 1] < tiny,
+                "skin": lambda middle: middle[:, 1] > 0.3 * o.lip_height_mm,
+            },
+        )
+        return Body.of(
+            mesh,
+            {"dermis": self.layers[skin], "bulk": self.layers[inside]},
+            plane=Plane.STRESS if o.plane == "stress" else Plane.STRAIN,
+            element="T6",
+            thickness_mm=o.thickness_mm,
+        )
+
+    @cached_property
+    def system(self) -> StaticSystem:
+        """Lip, its fixed bottom, and the neck's lower wall."""
+        body = self.body
+        bottom = body.boundary_nodes("bottom")
+        surface = Surface(body.edges("skin"), body.nodes, self.options.thickness_mm)
+        pair = RigidContact(
+            "neck", surface, self.neck.lower_wall, NormalLaw(), FrictionLaw(self.options.friction)
+        )
+        return StaticSystem(body, np.concatenate([2 * bottom, 2 * bottom + 1]), (pair,))
+
+    def load(self, indentation_mm: float) -> Load:
+        """Return the load that lowers the neck by this much from where it first touches, mm."""
+        wall = self.neck.lower_wall.sampled(0.02)
+        opening, lowest = wall.min(axis=0)
+        o = self.options
+        shift = (
+            o.opening_mm - 0.5 * o.lip_width_mm - float(opening),
+            o.lip_height_mm - float(lowest) - indentation_mm,
+        )
+        return Load(placement=RigidPlacement(0.0, shift))
+
+    def indentation_mm(self, settled: Settled) -> float:
+        """Return how far the neck has come down at an equilibrium, mm."""
+        return self.load(0.0).placement.shift_mm[1] - settled.load.placement.shift_mm[1]
+
+    def pressed(self, *, progress: Progress = lambda share, text: None) -> Settled:
+        """Return the equilibrium at which the neck carries the force.
+
+        Raises
+        ------
+        PressError
+            If the lip cannot carry it.
+        """
+        o, solver = self.options, fastest_solver()
+        below = self.system.undeformed(self.load(0.0))
+        while True:
+            depth = self.indentation_mm(below) + STEP_MM
+            if depth > DEEPEST * o.lip_height_mm:
+                raise PressError(
+                    f"the lip carries {force_n(below):.4g} N when the neck is "
+                    f"{self.indentation_mm(below):.2f} mm deep in its {o.lip_height_mm:g} mm, not "
+                    f"{o.force:g} N: use a smaller force or a larger lip"
+                )
+            passed = None
+            for settled in advance(self.system, below, self.load(depth), solver=solver):
+                if not settled.found:
+                    raise PressError(
+                        f"the lip loses its equilibrium at {force_n(below):.4g} N, "
+                        f"{self.indentation_mm(below):.2f} mm deep, and cannot carry {o.force:g} N:"
+                        " use a smaller force"
+                    )
+                if force_n(settled) >= o.force:
+                    passed = settled
+                    break
+                below = settled
+            progress(min(force_n(below) / o.force, 1.0), f"{force_n(below):.3f} N")
+            if passed is not None:
+                return self._between(below, passed)
+
+    def _between(self, below: Settled, above: Settled) -> Settled:
+        """Return the equilibrium with the force, between one with less and one with more."""
+        o, solver = self.options, fastest_solver()
+        reached = above
+
+        def excess(depth: float) -> float:
+            nonlocal reached
+            reached = settle(self.system, below, self.load(depth), solver=solver)
+            return (
+                0.0
+                if abs(force_n(reached) / o.force - 1) < FORCE_TOLERANCE
+                else (force_n(reached) - o.force)
+            )
+
+        brentq(excess, self.indentation_mm(below), self.indentation_mm(above), xtol=1e-7)
+        return reached
+
+
+def _profile(options: PressOptions, inset_mm: float) -> Array:
+    """Return the lip's outline (n, 2) from the right end of its bottom over the top to the left."""
+    half = 0.5 * options.lip_width_mm - inset_mm
+    top = options.lip_height_mm - inset_mm
+    radius = options.lip_radius_mm - inset_mm
+    count = max(6, int(np.ceil(0.5 * np.pi * options.lip_radius_mm / options.edge_mm)))
+    angle = np.linspace(0.0, 0.5 * np.pi, count + 1)
+    right = np.column_stack([np.cos(angle), np.sin(angle)]) * radius
+    right += [half - radius, top - radius]
+    left = right[::-1] * [-1.0, 1.0]
+    return np.concatenate([[[half, 0.0]], right, left, [[-half, 0.0]]])
+
+
+def force_n(settled: Settled) -> float:
+    """Return the force on the neck, N, upwards."""
+    return -float(sum(np.sum(touch.force[:, 1::2]) for touch in settled.contacts)) + 0.0
+
+
+@dataclass(frozen=True)
+class Imprint:
+    """Where a neck is touched.
+
+    Attributes
+    ----------
+    arc_mm
+        (k,) arc lengths on the wall's outline that are touched, ascending.
+    pressure_kpa
+        (k,) true contact pressure there.
+    contact_mm
+        Length of deformed lip surface in contact.
+    touched
+        Names of the neck's stretches that are touched.
+    crests, roots
+        Which crests, and which floors of roots, are touched.
+    depth_mm
+        (2,) nearest and farthest touched point below the opening, along the axis.
+    thread_end_mm
+        Where the thread ends below the opening.
+    """
+
+    arc_mm: Array
+    pressure_kpa: Array
+    contact_mm: float
+    touched: tuple[str, ...]
+    crests: tuple[str, ...]
+    roots: tuple[str, ...]
+    depth_mm: tuple[float, float]
+    thread_end_mm: float
+
+
+def imprint_of(press: Press, settled: Settled) -> Imprint:
+    """Return where the neck is touched at an equilibrium."""
+    (touch,), (pair,) = settled.contacts, press.system.contacts
+    stretch = pair.surface.stretch(settled.displacement)
+    touching = touch.points.pressure > 0
+    arc = touch.points.outline_arc[touching]
+    order = np.argsort(arc)
+    pressure = (touch.points.pressure / stretch)[touching][order] * 1e3
+    arc = arc[order]
+    wall, stretches = press.neck.lower_wall, press.neck.lower_stretches
+    point = wall.point_at(arc)[0]
+    measures = NECKS[press.options.neck]
+    opening = wall.sampled(0.02)[:, 0].min()
+    radius = 0.5 * measures.mark_distance_mm - point[:, 1]
+    floor = radius < 0.5 * measures.root_diameter_mm + FLOOR * measures.thread_depth_mm
+
+    def within(name: str) -> NDArray[np.bool_]:
+        low, high = stretches[name]
+        return (arc >= low) & (arc <= high)
+
+    depth = point[:, 0] - opening
+    return Imprint(
+        arc,
+        pressure,
+        float(np.sum((pair.surface.weight * stretch)[touching])) / press.options.thickness_mm,
+        tuple(name for name in stretches if np.any(within(name))),
+        tuple(n for n in stretches if n.startswith("crest") and np.any(within(n))),
+        tuple(n for n in stretches if n.startswith("root") and np.any(within(n) & floor)),
+        (float(depth.min()), float(depth.max())),
+        measures.mark_depth_mm - measures.mark_behind_thread_mm,
+    )
+
+
+@dataclass(frozen=True)
+class PressResult:
+    """Where the study's files are, and what must be said about it."""
+
+    folder: Path
+    sentences: tuple[str, ...]
+
+
+def press_study(
+    configuration: str,
+    out: Path,
+    options: PressOptions | None = None,
+    *,
+    progress: Progress = lambda share, text: None,
+) -> PressResult:
+    """Press a neck into a lip; write ``press.json``, ``imprint.csv``, ``press.png``, a summary.
+
+    Parameters
+    ----------
+    configuration
+        A library name or a TOML file with one table a layer: the first becomes the dermis, the
+        last everything below it.
+    out
+        Directory for the results, written whole or not at all.
+    options
+        Force, neck and sizes; the defaults if absent.
+    progress
+        Told how far it is.
+
+    Raises
+    ------
+    MaterialError, PressError, OutputError
+        If configuration, options or directory cannot be used, or the lip cannot carry the force.
+    """
+    chosen = options or PressOptions()
+    cards = configuration_cards(configuration)
+    with directory_at_once(out) as folder:
+        press = Press({name: card.material for name, card in cards.items()}, chosen)
+        settled = press.pressed(progress=progress)
+        imprint = imprint_of(press, settled)
+        table = {
+            "force_n": force_n(settled),
+            "indentation_mm": press.indentation_mm(settled),
+            "contact_mm": imprint.contact_mm,
+            "crests_touched": list(imprint.crests),
+            "roots_touched": list(imprint.roots),
+            "stretches_touched": list(imprint.touched),
+            "contact_from_opening_mm": list(imprint.depth_mm),
+            "thread_ends_mm": imprint.thread_end_mm,
+            "largest_pressure_kpa": float(imprint.pressure_kpa.max()),
+        }
+        text = json.dumps(table, indent=2, ensure_ascii=False)
+        (folder / "press.json").write_text(text + "\n", encoding="utf-8")
+        write_table(
+            folder / "imprint.csv",
+            ("neck_arc_mm", "pressure_kpa"),
+            list(zip(imprint.arc_mm.tolist(), imprint.pressure_kpa.tolist(), strict=True)),
+        )
+        _plot(folder / "press.png", configuration, press, settled, imprint)
+        sentences = (
+            f"{table['force_n']:.4f} N at {table['indentation_mm']:.2f} mm: "
+            f"{imprint.contact_mm:.2f} mm of lip touch, from {imprint.depth_mm[0]:.1f} to "
+            f"{imprint.depth_mm[1]:.1f} mm below the opening (the thread ends at "
+            f"{imprint.thread_end_mm:.1f} mm)",
+            "touched: " + ", ".join(imprint.touched),
+            "floors of roots touched: " + (", ".join(imprint.roots) or "none"),
+        )
+        write_summary(
+            folder,
+            {
+                "configuration": configuration,
+                "layers": {name: dict(card.parameters) for name, card in cards.items()},
+                "options": dataclasses.asdict(chosen),
+                "elements": int(press.body.mesh.t.shape[1]),
+                "remarks": sentences,
+            },
+        )
+    return PressResult(out, sentences)
+
+
+def _plot(path: Path, name: str, press: Press, settled: Settled, imprint: Imprint) -> None:
+    from scenarios.studies.plots import COLOURS, blank_figure, draw_field, finish, labelled
+
+    fields = press.body.fields(settled.displacement)
+    strain = np.average(np.abs(fields.log_strain).max(axis=-1), axis=1, weights=fields.volume)
+    figure = blank_figure(10.0, 5.2)
+    axes = labelled(figure.subplots(), "mm", "mm")
+    colours = draw_field(axes, press.body, settled.displacement, strain)
+    placement = settled.load.placement
+    wall = placement.apply(press.neck.lower_wall.sampled(0.05))
+    axes.fill(wall[:, 0], wall[:, 1], facecolor="0.85", edgecolor="0.35", linewidth=0.8)
+    touched = placement.apply(press.neck.lower_wall.point_at(imprint.arc_mm)[0])
+    axes.plot(touched[:, 0], touched[:, 1], ".", color="#d62728", markersize=4, label="contact")
+    axes.legend(frameon=False, loc="lower right")
+    lip = press.body.nodes[:, 0] + settled.displacement[:, 0]
+    axes.set_xlim(lip.min() - 1.0, lip.max() + 1.0)
+    axes.set_ylim(-0.3, press.options.lip_height_mm + 3.0)
+    figure.colorbar(colours, ax=axes, label="largest principal log strain, absolute", shrink=0.8)
+    axes.set_title(
+        f"{name}: {press.options.neck} neck, {force_n(settled):.3f} N, "
+        f"{press.indentation_mm(settled):.2f} mm deep, {imprint.contact_mm:.1f} mm in contact",
+        fontsize=10,
+        color=COLOURS[0],
+    )
+    finish(figure, path)

@@ -1,0 +1,230 @@
+"""A run to look at: a film (.mp4, .gif) or six frames (.png), beside the recording if wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from PIL import Image as Pillow
+
+from mocap.synthetic.rendering import write_recording
+from scenarios.results.output import check_writable, file_at_once
+from scenarios.results.progress import Progress
+from scenarios.results.solution import Solution
+from scenarios.views.filmed import Image
+from scenarios.views.panels import HistoryStrip, ModelPanel, RecordingPanel, colour_bars
+from scenarios.views.run_view import Story, StoryError
+from scenarios.views.scene import INK, PAPER, QUIET
+
+Array = NDArray[np.float64]
+
+WIDTH, HEIGHT, DPI = 1280, 720, 100
+FRAMES_PER_SECOND = 25.0
+GIF_FRAMES_PER_SECOND = 12.5
+GIF_SIZE = (800, 450)
+SHEET_FRAMES = 6
+
+
+def animate(
+    run: Path,
+    out: Path,
+    *,
+    beside_video: bool = False,
+    field: str = "von_mises_mpa",
+    progress: Progress = lambda share, text: None,
+) -> None:
+    """Show a run directory as a film or as six frames, by the ending of ``out``.
+
+    Parameters
+    ----------
+    run
+        a run directory.
+    out
+        a file that ends in ``.mp4`` (H.264), ``.gif`` or ``.png``.
+    beside_video
+        put the recording next to the model.
+    field
+        what the dermis is coloured by, one of :data:`scenarios.views.scene.SHOWN`.
+
+    Raises
+    ------
+    ValueError
+        One of the packages' own kinds, if the run lacks what is to be shown or the ending is
+        not one of the three.
+    """
+    writers: dict[str, Callable[[Story, Path, Progress], None]] = {
+        ".mp4": _write_mp4,
+        ".gif": _write_gif,
+        ".png": _write_sheet,
+    }
+    ending = out.suffix.lower()
+    if ending not in writers:
+        raise StoryError(f"--out {out} must end in one of {', '.join(writers)}")
+    check_writable(out)
+    story = Story.of(run, field=field, beside_video=beside_video)
+    with file_at_once(out) as partial:
+        writers[ending](story, partial, progress)
+
+
+def film_frames(story: Story, times_s: Array, progress: Progress) -> Iterator[Image]:
+    """Yield the pictures (720, 1280, 3), RGB, of a film at increasing times (k,), s."""
+    stage = _Stage(story)
+    for done, (time, picture) in enumerate(zip(times_s, story.pictures(times_s), strict=True)):
+        progress(done / times_s.size, f"frame {done + 1} of {times_s.size}")
+        yield stage.drawn(float(time), picture)
+
+
+class _Stage:
+    """The film's canvas: what stands still is drawn once, what moves is drawn on a copy of that."""
+
+    def __init__(self, story: Story) -> None:
+        self._story = story
+        figure = Figure(figsize=(WIDTH / DPI, HEIGHT / DPI), dpi=DPI, facecolor=PAPER)
+        # matplotlib's canvas has no annotations.
+        self._figure, self._canvas = figure, cast(Any, FigureCanvasAgg(figure))
+        beside = story.recording is not None
+        gap, top, height = 16, 52, 462
+        width = (WIDTH - 3 * gap) // 2 if beside else WIDTH - 2 * gap
+        self._model = ModelPanel(figure, (WIDTH - gap - width, top, width, height), story)
+        self._recording = (
+            RecordingPanel(figure, (gap, top, width, height), story, aspect=width / height)
+            if beside
+            else None
+        )
+        _heading(figure, story, gap)
+        self._clock = figure.text(
+            1 - gap / WIDTH, 1 - 34 / HEIGHT, "", size=15, ha="right", color=INK
+        )
+        self._strip = HistoryStrip(figure, (78, 544, 760, 126), story.solution, size=11)
+        bars = ((900, 562, 330, 12), (900, 640, 330, 12))
+        colour_bars(figure, self._model.scene, story, bars, size=11)
+        moving = [*self._model.artists, *self._strip.artists, self._clock]
+        if self._recording is not None:
+            moving += self._recording.artists
+        self._moving: list[Artist] = moving
+        for artist in moving:
+            artist.set_animated(True)
+        self._show(float(story.solution.time_s[0]), None)
+        self._canvas.draw()
+        self._still = self._canvas.copy_from_bbox(figure.bbox)
+
+    def drawn(self, time_s: float, picture: Image | None) -> Image:
+        """Return the whole picture at a time, s, with the recording's ``picture`` in its place."""
+        self._show(time_s, picture)
+        self._canvas.restore_region(self._still)
+        for artist in self._moving:
+            self._figure.draw_artist(artist)
+        return np.array(self._canvas.buffer_rgba())[..., :3]
+
+    def _show(self, time_s: float, picture: Image | None) -> None:
+        story = self._story
+        self._model.show(story.solution.at(time_s), story.head.at(time_s))
+        self._strip.show(time_s)
+        self._clock.set_text(f"{time_s:.2f} s")
+        if self._recording is not None and picture is not None:
+            self._recording.show(picture)
+
+
+def film_times(solution: Solution, frames_per_second: float) -> Array:
+    """Return the times, s, of a film's frames: real time, from the first increment to the last."""
+    start, end = solution.time_s[[0, -1]]
+    count = int(np.floor((end - start) * frames_per_second)) + 1
+    return np.asarray(start + np.arange(count) / frames_per_second, float)
+
+
+def telling_times(solution: Solution, count: int) -> Array:
+    """Return ``count`` times, s, from just before the first touch to just after the last."""
+    touching = sum(solution[f"{lip}_lip_contact_mm"].values for lip in ("upper", "lower")) > 0
+    times = solution.time_s[touching] if np.any(touching) else solution.time_s
+    first, last = times[[0, -1]]
+    reach = 0.06 * (last - first)
+    low, high = solution.time_s[[0, -1]]
+    return np.asarray(np.clip(np.linspace(first - reach, last + reach, count), low, high), float)
+
+
+def _write_mp4(story: Story, out: Path, progress: Progress) -> None:
+    times = film_times(story.solution, FRAMES_PER_SECOND)
+    frames = film_frames(story, times, progress)
+    write_recording(out, frames, times - times[0], crf=20.0, preset="veryfast")
+
+
+def _write_gif(story: Story, out: Path, progress: Progress) -> None:
+    times = film_times(story.solution, GIF_FRAMES_PER_SECOND)
+    pages = [
+        Pillow.fromarray(frame).resize(GIF_SIZE, Pillow.Resampling.LANCZOS).quantize(256)
+        for frame in film_frames(story, times, progress)
+    ]
+    shown_ms = round(1000 / GIF_FRAMES_PER_SECOND)
+    pages[0].save(out, save_all=True, append_images=pages[1:], duration=shown_ms, loop=0)
+
+
+def _write_sheet(story: Story, out: Path, progress: Progress) -> None:
+    """Write six frames in a row: the recording above, the model below, histories under both."""
+    beside = story.recording is not None
+    gap, cell, top, caption = 14, 388, 64, 30
+    film_high, model_high, strip_high = (292 if beside else 0), 340, 150
+    model_top = top + caption + (film_high + gap if beside else 0)
+    width = SHEET_FRAMES * (cell + gap) + gap
+    strip_top = model_top + model_high + 52
+    height = strip_top + strip_high + 56
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=PAPER)
+    canvas = cast(Any, FigureCanvasAgg(figure))
+    _heading(figure, story, gap)
+    times = telling_times(story.solution, SHEET_FRAMES)
+    for column, (time, picture) in enumerate(zip(times, story.pictures(times), strict=True)):
+        progress(column / SHEET_FRAMES, f"frame {column + 1} of {SHEET_FRAMES}")
+        left = float(gap + column * (cell + gap))
+        figure.text(
+            (left + 2) / width,
+            1 - (top + 18) / height,
+            f"{column + 1}   {time:.2f} s",
+            size=14,
+            color=INK,
+        )
+        if picture is not None:
+            title = story.recording_title if column == 0 else ""
+            place = (left, top + caption, cell, film_high)
+            panel = RecordingPanel(figure, place, story, aspect=cell / model_high, label=title)
+            panel.show(picture)
+        model = ModelPanel(
+            figure,
+            (left, model_top, cell, model_high),
+            story,
+            label="model" if column == 0 else "",
+        )
+        model.show(story.solution.at(float(time)), story.head.at(float(time)))
+    strip = HistoryStrip(figure, (78, strip_top, 0.62 * width, strip_high), story.solution, size=13)
+    strip.mark([float(time) for time in times], size=13)
+    left = 0.72 * width
+    bars = ((left, strip_top + 20, 520, 14), (left, strip_top + 104, 520, 14))
+    colour_bars(figure, model.scene, story, bars, size=13)
+    canvas.draw()
+    Pillow.fromarray(np.array(canvas.buffer_rgba())[..., :3]).save(out)
+
+
+def _heading(figure: Figure, story: Story, left_px: float) -> None:
+    """Write the scenario's name and, smaller, how its run ended if it did not finish."""
+    width, height = figure.get_size_inches() * figure.dpi
+    name = figure.text(
+        left_px / width,
+        1 - 34 / height,
+        story.name,
+        size=16,
+        weight="bold",
+        color=INK,
+        parse_math=False,  # a name may hold dollars
+    )
+    if not story.solution.summary["finished"]:
+        figure.text(
+            (left_px + name.get_window_extent().width + 16) / width,
+            1 - 34 / height,
+            f"unfinished: {story.solution.summary['sentence']}",
+            size=12,
+            color=QUIET,
+        )

@@ -1,0 +1,270 @@
+"""The parts of which films and contact sheets are laid out: recording, model, histories, colours.
+
+Places are given in px from the upper left corner: left, top, width, height.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
+from matplotlib.cm import ScalarMappable
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from geometry2d.rigid import RigidPlacement
+from scenarios.results.solution import Frame, Solution
+from scenarios.views.filmed import Crop, Image
+from scenarios.views.run_view import Story, Window
+from scenarios.views.scene import INK, LOWER, PAPER, QUIET, UPPER, Scene
+
+Array = NDArray[np.float64]
+Place = tuple[float, float, float, float]
+
+LIP_PRESSURES = (
+    ("upper_lip_pressure_kpa", "upper lip", UPPER),
+    ("lower_lip_pressure_kpa", "lower lip", LOWER),
+)
+HALO = (withStroke(linewidth=3, foreground="white"),)
+
+
+def axes_at(figure: Figure, place: Place) -> Axes:
+    """Return axes at ``place`` on a figure."""
+    width, height = figure.get_size_inches() * figure.dpi
+    left, top, wide, high = place
+    return figure.add_axes((left / width, 1.0 - (top + high) / height, wide / width, high / height))
+
+
+class ModelPanel:
+    """The model in the world, with its name and a scale bar."""
+
+    def __init__(self, figure: Figure, place: Place, story: Story, *, label: str = "model") -> None:
+        self.axes = _framed(axes_at(figure, place))
+        window = story.window(place[2] / place[3])
+        self.axes.set_xlim(window.left, window.left + window.width)
+        self.axes.set_ylim(window.bottom, window.bottom + window.height)
+        self.scene = Scene(self.axes, story.solution, story.shown, story.limits)
+        self.artists: list[Artist] = [*self.scene.artists, *_scale_bar(self.axes, window)]
+        if label:
+            self.artists.append(_label(self.axes, label))
+
+    def show(self, frame: Frame, head: RigidPlacement) -> None:
+        """Show the model at one instant, with the head at ``head`` in the world."""
+        self.scene.show(frame, head)
+
+
+class Picture(Artist):
+    """An image shown pixel for pixel, its lower left corner at a place of the canvas, px.
+
+    matplotlib's own images are resampled whenever they are drawn, which takes longer than
+    everything else in a frame together.
+    """
+
+    def __init__(self, corner_px: tuple[float, float], image: Image) -> None:
+        super().__init__()
+        self._corner_px = corner_px
+        self.set_image(image)
+
+    def set_image(self, image: Image) -> None:
+        """Show another image (rows, columns, 3), RGB."""
+        opaque = np.full((*image.shape[:2], 1), 255, np.uint8)
+        self._rgba = np.ascontiguousarray(np.concatenate([image, opaque], axis=2)[::-1])
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Copy the image onto the canvas."""
+        if self.get_visible():
+            renderer.draw_image(renderer.new_gc(), *self._corner_px, self._rgba)
+
+
+class RecordingPanel:
+    """A part of the recording, with the model's window outlined where its scale is known."""
+
+    def __init__(
+        self, figure: Figure, place: Place, story: Story, *, aspect: float, label: str | None = None
+    ) -> None:
+        self.axes = _framed(axes_at(figure, place))
+        self._size = (round(place[2]), round(place[3]))
+        self._story = story
+        self._aspect = aspect
+        self._crop: Crop | None = None
+        self.axes.set_xlim(0.0, self._size[0])
+        self.axes.set_ylim(self._size[1], 0.0)
+        blank = np.full((self._size[1], self._size[0], 3), 235, np.uint8)
+        bottom = round(figure.get_figheight() * figure.dpi - place[1] - place[3])
+        self._image = Picture((round(place[0]), bottom), blank)
+        self.axes.add_artist(self._image)
+        self._outline = Rectangle((0, 0), 0, 0, fill=False, ec="white", lw=1.6, visible=False)
+        self.axes.add_patch(self._outline)
+        title = label if label is not None else story.recording_title
+        self.artists: list[Artist] = [self._image, self._outline]
+        if title:
+            self.artists.append(_label(self.axes, title))
+
+    def show(self, picture: Image) -> None:
+        """Show one picture of the recording (rows, columns, 3)."""
+        if self._crop is None:
+            self._frame_mouth(picture)
+        assert self._crop is not None
+        self._image.set_image(self._crop.scaled(picture, self._size))
+
+    def _frame_mouth(self, picture: Image) -> None:
+        """Choose the part of the picture to show: around the mouth, or else the whole picture."""
+        rows, columns = picture.shape[:2]
+        window = self._story.window_px(self._aspect)
+        self._crop = Crop.around(
+            window, picture=(columns, rows), aspect=self._size[0] / self._size[1]
+        )
+        if window is not None:
+            scale = self._size[0] / self._crop.width
+            self._outline.set_bounds(
+                (window.left - self._crop.left) * scale,
+                (window.top - self._crop.top) * scale,
+                window.width * scale,
+                window.height * scale,
+            )
+            self._outline.set_visible(True)
+
+
+class HistoryStrip:
+    """Pressure on both lips against time, with a cursor."""
+
+    def __init__(self, figure: Figure, place: Place, solution: Solution, *, size: float) -> None:
+        axes = axes_at(figure, place)
+        self._curves = [(solution[name], colour) for name, _, colour in LIP_PRESSURES]
+        start, end = solution.time_s[[0, -1]]
+        for (output, colour), (_, title, _) in zip(self._curves, LIP_PRESSURES, strict=True):
+            axes.plot(output.time_s, output.values, color=colour, lw=1.8, label=title)
+        highest = max(float(output.values.max()) for output, _ in self._curves)
+        axes.set_ylim(0.0, 1.3 * highest or 1.0)  # room for the legend above the curves
+        axes.set_xlim(start, end if end > start else start + 1.0)
+        axes.set_xlabel("time, s", size=size, color=INK, labelpad=2)
+        axes.set_ylabel("lip pressure, kPa", size=size, color=INK)
+        axes.yaxis.set_major_locator(MaxNLocator(4))
+        axes.tick_params(labelsize=size, colors=INK, length=3)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.spines[["left", "bottom"]].set_color(QUIET)
+        axes.set_facecolor("none")
+        axes.legend(loc="upper left", fontsize=size, frameon=False, ncols=2, borderaxespad=0.1)
+        self.axes = axes
+        self._line = axes.axvline(start, color=INK, lw=1.0, zorder=3)
+        self._dots = [
+            axes.plot([start], [0.0], "o", ms=7, mfc=colour, mec="white", zorder=4, clip_on=False)[
+                0
+            ]
+            for _, colour in self._curves
+        ]
+        self._values = [
+            axes.annotate(
+                "",
+                (start, 0.0),
+                xytext=(9, 0),
+                textcoords="offset points",
+                va="center",
+                size=size,
+                weight="bold",
+                color=colour,
+                path_effects=HALO,
+                zorder=5,
+                annotation_clip=False,
+            )
+            for _, colour in self._curves
+        ]
+        self.artists: list[Artist] = [self._line, *self._dots, *self._values]
+
+    def show(self, time_s: float) -> None:
+        """Move the cursor to a time, s."""
+        self._line.set_xdata([time_s, time_s])
+        for dot, text, (output, _) in zip(self._dots, self._values, self._curves, strict=True):
+            value = output.at(time_s)
+            dot.set_data([time_s], [value])
+            text.xy = (time_s, value)
+            text.set_text(f"{value:.0f}" if value >= 0.5 else "")
+
+    def mark(self, times_s: Sequence[float], *, size: float) -> None:
+        """Mark instants, s, by number, instead of the cursor."""
+        for artist in self.artists:
+            artist.set_visible(False)
+        top = self.axes.get_ylim()[1]
+        for number, time in enumerate(times_s, start=1):
+            self.axes.axvline(time, color=QUIET, lw=1.0, ls=(0, (3, 3)), zorder=0)
+            self.axes.annotate(
+                f"{number}",
+                (time, top),
+                xytext=(0, 4),
+                textcoords="offset points",
+                size=size,
+                color=INK,
+                ha="center",
+                va="bottom",
+            )
+
+
+def colour_bars(
+    figure: Figure, scene: Scene, story: Story, places: Sequence[Place], *, size: float
+) -> None:
+    """Draw what the colours of the dermis and of the contact mean, one bar at each place."""
+    shown = story.shown
+    unit = f", {shown.unit}" if shown.unit else ""
+    bars: tuple[tuple[ScalarMappable, str, float], ...] = (
+        (scene.element_colours, shown.title + unit, story.limits[0]),
+        (scene.pressure_colours, "contact pressure, kPa", story.limits[1]),
+    )
+    for (colours, title, highest), place in zip(bars, places, strict=True):
+        axes = axes_at(figure, place)
+        bar = figure.colorbar(colours, cax=axes, orientation="horizontal")
+        lowest = colours.get_clim()[0] or 0.0
+        bar.set_ticks(
+            [lowest, highest / 2, highest], labels=["0", f"{highest / 2:g}", f"≥ {highest:g}"]
+        )
+        bar.outline.set_visible(False)
+        axes.tick_params(labelsize=size, colors=INK, length=3, pad=2)
+        axes.set_title(title, size=size, color=INK, loc="left", pad=4)
+
+
+def _framed(axes: Axes) -> Axes:
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.set_facecolor("white")
+    for spine in axes.spines.values():
+        spine.set_color("#d9d6d0")
+    return axes
+
+
+def _label(axes: Axes, text: str) -> Artist:
+    return axes.annotate(
+        text,
+        (0.0, 1.0),
+        xycoords="axes fraction",
+        xytext=(9, -9),
+        textcoords="offset points",
+        ha="left",
+        va="top",
+        size=12,
+        color=INK,
+        zorder=9,
+        bbox={"boxstyle": "round,pad=0.35", "fc": PAPER, "ec": "none", "alpha": 0.85},
+    )
+
+
+def _scale_bar(axes: Axes, window: Window, length_mm: float = 10.0) -> list[Artist]:
+    x = window.left + 0.03 * window.width
+    y = window.bottom + 0.045 * window.height
+    (bar,) = axes.plot([x, x + length_mm], [y, y], color=INK, lw=3, zorder=9, solid_capstyle="butt")
+    text = axes.text(
+        x + length_mm / 2,
+        y + 0.02 * window.height,
+        f"{length_mm:g} mm",
+        ha="center",
+        va="bottom",
+        size=11,
+        color=INK,
+        zorder=9,
+        path_effects=HALO,
+    )
+    return [bar, text]

@@ -1,0 +1,124 @@
+"""What a film or a contact sheet shows of a run, read once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry2d.rigid import RigidMotion
+from mocap.tracking.markers import read_markers
+from scenarios.results.solution import Solution
+from scenarios.settings.scenario import Recording, read_scenario
+from scenarios.settings.tables import nearest
+from scenarios.views.filmed import (
+    HEAD_COLUMNS,
+    Crop,
+    Image,
+    PictureScale,
+    picture_scale,
+    pictures_at,
+    read_pose,
+)
+from scenarios.views.scene import SHOWN, Shown, colour_limits, touched_points
+
+Array = NDArray[np.float64]
+
+MARGIN_MM = (24.0, 21.0)
+"""How far the view reaches beyond where skin and neck ever touch."""
+
+
+class StoryError(ValueError):
+    """A run cannot be shown in the way that was asked for."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """A rectangle of the world, mm: left, bottom, width, height."""
+
+    left: float
+    bottom: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True)
+class Story:
+    """A run, how the head moved, the recording if it is shown, and what the colours mean.
+
+    ``limits`` are the largest values of the colours: of ``shown`` in its unit, and of the contact
+    pressure, kPa. ``scale`` is None where the run does not hold its recording's tracks.
+    """
+
+    name: str
+    solution: Solution
+    head: RigidMotion
+    shown: Shown
+    limits: tuple[float, float]
+    recording: Recording | None
+    rendered: bool
+    scale: PictureScale | None
+
+    @classmethod
+    def of(cls, run: Path, *, field: str, beside_video: bool) -> Story:
+        """Return the story of a run directory; :class:`StoryError` if a part of it is missing."""
+        if field not in SHOWN:
+            raise StoryError(f"no field {field!r} to show: {nearest(field, SHOWN)}")
+        solution = Solution.load(run)
+        scenario = read_scenario(str(run / "scenario.toml"))
+        if beside_video and scenario.recording is None:
+            raise StoryError(
+                f"scenario {scenario.name!r} of {run} has no recording: leave out --beside-video"
+            )
+        recording = scenario.recording if beside_video else None
+        tracks, motion = run / "motion" / "tracks.csv", run / "motion" / "motion.csv"
+        shown = SHOWN[field]
+        return cls(
+            name=scenario.name,
+            solution=solution,
+            head=read_pose(motion, HEAD_COLUMNS),
+            shown=shown,
+            limits=colour_limits(solution, shown),
+            recording=recording,
+            rendered=recording is not None and read_markers(recording.markers).rendered,
+            scale=picture_scale(tracks, motion) if recording and tracks.is_file() else None,
+        )
+
+    @property
+    def recording_title(self) -> str:
+        """What the recording is called wherever it is shown."""
+        return "recording (rendered)" if self.rendered else "recording"
+
+    def pictures(self, times_s: Array) -> Iterator[Image | None]:
+        """Yield the recording's picture at each time, s; None if there is no recording to show."""
+        if self.recording is None:
+            return iter([None] * times_s.size)
+        return pictures_at(Path(self.recording.video), times_s)
+
+    def window(self, aspect: float) -> Window:
+        """Return the part of the world that holds the mouth during the whole run.
+
+        ``aspect`` is its width over its height.
+        """
+        points = np.vstack(list(touched_points(self.solution).values()))
+        times = np.linspace(self.solution.time_s[0], self.solution.time_s[-1], 40)
+        everywhere = np.concatenate([self.head.at(float(time)).apply(points) for time in times])
+        low = everywhere.min(axis=0) - MARGIN_MM
+        high = everywhere.max(axis=0) + MARGIN_MM
+        width, height = high - low
+        width, height = max(width, height * aspect), max(height, width / aspect)
+        left, bottom = (low + high - [width, height]) / 2
+        return Window(float(left), float(bottom), float(width), float(height))
+
+    def window_px(self, aspect: float) -> Crop | None:
+        """Return the same part in the recording's px, or None where its scale is not known."""
+        if self.scale is None:
+            return None
+        window = self.window(aspect)
+        corner = np.array([[window.left, window.bottom + window.height]])
+        left, top = self.scale.pixels(corner)[0]
+        factor = self.scale.px_per_mm
+        return Crop(float(left), float(top), factor * window.width, factor * window.height)

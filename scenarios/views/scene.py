@@ -1,0 +1,333 @@
+"""A run as artists on matplotlib axes: the deformed lips, teeth, face and neck in the world.
+
+Drawing a frame means setting vertices and colours; nothing is created anew, so that a film of a
+hundred frames takes seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, cast
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, PowerNorm
+from matplotlib.lines import Line2D
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path as Curve
+from matplotlib.transforms import Affine2D, Transform
+from numpy.typing import NDArray
+
+from geometry2d.rigid import RigidPlacement
+from scenarios.results.solution import (
+    ELEMENT_FIELDS,
+    IN_NECK_FRAME,
+    Frame,
+    Integers,
+    Model,
+    Solution,
+)
+
+Array = NDArray[np.float64]
+
+PAPER = "#fbfaf8"
+INK = "#2b2f36"
+QUIET = "#8a8f98"
+BULK = "#efc9b8"
+SKIN_EDGE = "#7c4a3c"
+BONE = "#dcd8cf"
+TOOTH = "#f7f4ea"
+HARD_EDGE = "#a8a294"
+NECK = "#6d7f92"
+NECK_EDGE = "#3e4c5b"
+PACKAGE = "#dfe5ea"
+UPPER = "#1d6a86"
+LOWER = "#d07a2d"
+
+STRESS_COLOURS = LinearSegmentedColormap.from_list(
+    "stress", ["#fae6d8", "#f2b48c", "#dd6a4c", "#a8243f", "#4f0a2e"]
+)
+STRAIN_COLOURS = LinearSegmentedColormap.from_list(
+    "strain", ["#f6efe2", "#c9d39a", "#7fae74", "#33775f", "#123f45"]
+)
+PRESSURE_COLOURS = LinearSegmentedColormap.from_list(
+    "pressure", ["#bfe6e4", "#4fb3c4", "#1c6f9c", "#123a7a", "#160b47"]
+)
+
+# Name of the outline, its colours, and where it lies in the stack of what is drawn.
+RIGID_PARTS = (
+    ("package", PACKAGE, "none", 0),
+    ("upper_jaw", BONE, HARD_EDGE, 1),
+    ("lower_jaw", BONE, HARD_EDGE, 1),
+    ("upper_tooth", TOOTH, HARD_EDGE, 2),
+    ("lower_tooth", TOOTH, HARD_EDGE, 2),
+    ("upper_wall", NECK, NECK_EDGE, 6),
+    ("lower_wall", NECK, NECK_EDGE, 6),
+)
+
+# A T6 triangle as the polygon of its six nodes, in order around it.
+AROUND = [0, 3, 1, 4, 2, 5]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the dermis is coloured by: a field, how it is called, and the unit it is shown in."""
+
+    field: str
+    title: str
+    unit: str
+    factor: float
+    colours: Colormap
+
+
+SHOWN = {
+    "von_mises_mpa": Shown("von_mises_mpa", "von Mises in dermis", "kPa", 1e3, STRESS_COLOURS),
+    "log_strain_max": Shown("log_strain_max", "largest log strain", "", 1.0, STRAIN_COLOURS),
+    "log_strain_min": Shown("log_strain_min", "compressive log strain", "", -1.0, STRAIN_COLOURS),
+}
+assert SHOWN.keys() == {quantity.name for quantity in ELEMENT_FIELDS}
+
+
+def boundary_loops(triangles: Integers) -> list[Integers]:
+    """Return the closed node loops around quadratic triangles (e, 6), middles included.
+
+    Triangles may be numbered either way round. Where a region touches itself in a single node,
+    loops are closed there in any order.
+    """
+    sides = triangles[:, [[0, 3, 1], [1, 4, 2], [2, 5, 0]]].reshape(-1, 3)
+    _, at, times = np.unique(sides[:, 1], return_index=True, return_counts=True)
+    sides_of: dict[int, list[tuple[int, int]]] = {}
+    for first, middle, last in sides[np.sort(at[times == 1])].tolist():
+        sides_of.setdefault(first, []).append((middle, last))
+        sides_of.setdefault(last, []).append((middle, first))
+    loops = []
+    while any(sides_of.values()):
+        corner = next(node for node, ways in sides_of.items() if ways)
+        loop = []
+        while sides_of[corner]:
+            middle, following = sides_of[corner].pop()
+            sides_of[following].remove((middle, corner))
+            loop += [corner, middle]
+            corner = following
+        loops.append(np.array(loop))
+    return loops
+
+
+def upper_limit(values: Iterable[float]) -> float:
+    """Return the smallest round number (1, 1.5, 2, 3, 5, 8 × a power of ten) above all values.
+
+    >>> upper_limit([3.0, 41.0]), upper_limit([0.0])
+    (50.0, 1.0)
+    """
+    largest = max(values, default=0.0)
+    if largest <= 0.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(largest))
+    steps = np.array([1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 10.0]) * power
+    return float(steps[steps >= largest * (1 - 1e-9)][0])
+
+
+class SkinLine:
+    """The skin of one lip as a line that carries contact pressure."""
+
+    def __init__(self, model: Model, edges: Integers, arc_mm: Array) -> None:
+        self.nodes = np.append(edges[:, [0, 2]].ravel(), edges[-1, 1])
+        steps = np.hypot(*np.diff(model.nodes[self.nodes], axis=0).T)
+        self._node_arc = np.concatenate([[0.0], np.cumsum(steps)])
+        self.arc_mm = arc_mm
+
+    def points(self, positions: Array) -> Array:
+        """Return where the points (s, 2) of the contact fields are, from node positions (n, 2)."""
+        along = positions[self.nodes]
+        return np.column_stack(
+            [np.interp(self.arc_mm, self._node_arc, along[:, axis]) for axis in (0, 1)]
+        )
+
+
+class Scene:
+    """The artists of a run on ``axes``, whose data are millimetres of the world.
+
+    Parameters
+    ----------
+    axes
+        where to draw; limits are the caller's.
+    solution
+        the run.
+    shown
+        what the dermis is coloured by, one of :data:`SHOWN`.
+    limits
+        largest values of the colours: of ``shown`` in its unit, and of the pressure in kPa.
+    """
+
+    def __init__(
+        self, axes: Axes, solution: Solution, shown: Shown, limits: tuple[float, float]
+    ) -> None:
+        model = solution.model
+        self._axes = axes
+        self._model = model
+        self._shown = shown
+        self._head = Affine2D()
+        self._neck = Affine2D()
+        self._in_head = self._head + axes.transData
+        self._in_neck = self._neck + self._in_head
+        self.artists: list[Artist] = []
+        self._add_rigid_parts()
+        names = np.array(model.region_names)[model.region]
+        self._dermis = np.flatnonzero(np.char.endswith(names, "dermis"))
+        self._bulk_loops = _loops_by_region(model, names, "bulk")
+        self._all_loops = _loops_by_region(model, names, "dermis") + self._bulk_loops
+        self._skin = {
+            lip: SkinLine(model, model.skin[lip], contact.arc_mm)
+            for lip, contact in solution.contact.items()
+        }
+        self._bulk = _area([], BULK, "none")
+        self._edges = _area([], "none", SKIN_EDGE, width=0.8)
+        self._elements = PolyCollection(
+            [],
+            cmap=shown.colours,
+            norm=PowerNorm(0.5, 0.0, limits[0]),  # low values tell apart
+            edgecolors="face",
+            linewidths=0.2,
+        )
+        self._pressure = LineCollection(
+            [],
+            cmap=PRESSURE_COLOURS.with_extremes(under=(0, 0, 0, 0)),
+            norm=Normalize(0.01 * limits[1], limits[1]),
+            linewidths=4.5,
+            capstyle="round",
+        )
+        for artist, order in (
+            (self._bulk, 3),
+            (self._elements, 4),
+            (self._edges, 5),
+            (self._pressure, 7),
+        ):
+            self._add(artist, self._in_head, order)
+        self.artists.sort(key=lambda artist: artist.get_zorder())
+
+    @property
+    def element_colours(self) -> PolyCollection:
+        """What the colour bar of the dermis belongs to."""
+        return self._elements
+
+    @property
+    def pressure_colours(self) -> LineCollection:
+        """What the colour bar of the pressure belongs to."""
+        return self._pressure
+
+    def show(self, frame: Frame, head: RigidPlacement) -> None:
+        """Move everything to where it is in ``frame``, with the head at ``head`` in the world."""
+        _set_placement(self._head, head)
+        _set_placement(self._neck, frame.placement)
+        positions = self._model.nodes + frame.displacement
+        self._bulk.set_path(_closed([positions[loop] for loop in self._bulk_loops]))
+        self._edges.set_path(_closed([positions[loop] for loop in self._all_loops]))
+        corners = self._model.triangles[self._dermis][:, AROUND]
+        # An array is set many times faster than the list that the annotation asks for.
+        self._elements.set_verts(cast(Any, positions[corners]))
+        values = frame.element[self._shown.field][self._dermis]
+        self._elements.set_array(values * self._shown.factor)
+        segments, pressures = [], []
+        for lip, line in self._skin.items():
+            points, pressure = line.points(positions), 1e3 * frame.pressure_mpa[lip]
+            between = (pressure[:-1] + pressure[1:]) / 2
+            pressed = between > 0
+            segments.append(np.stack([points[:-1], points[1:]], axis=1)[pressed])
+            pressures.append(between[pressed])
+        self._pressure.set_segments(list(np.concatenate(segments)))
+        self._pressure.set_array(np.concatenate(pressures))
+
+    def _add_rigid_parts(self) -> None:
+        outlines = self._model.outlines
+        for name, face, edge, order in RIGID_PARTS:
+            if name in outlines:
+                transform = self._in_neck if name in IN_NECK_FRAME else self._in_head
+                self._add(_area([outlines[name]], face, edge), transform, order)
+        for points in _outside(outlines.get("profile"), self._model):
+            line = Line2D(*points.T, color=QUIET, lw=1.4, solid_capstyle="round")
+            self._add(line, self._in_head, 1)
+
+    def _add(self, artist: Artist, transform: Transform, order: int) -> None:
+        artist.set_zorder(order)
+        artist.set_transform(transform)
+        self._axes.add_artist(artist)
+        artist.set_clip_path(self._axes.patch)
+        self.artists.append(artist)
+
+
+def _set_placement(transform: Affine2D, place: RigidPlacement) -> None:
+    transform.clear().rotate(place.angle_rad).translate(*place.shift_mm)
+
+
+def _area(polygons: list[Array], face: str, edge: str, width: float = 1.0) -> PathPatch:
+    return PathPatch(
+        _closed(polygons), facecolor=face, edgecolor=edge, linewidth=width, joinstyle="round"
+    )
+
+
+def _closed(polygons: list[Array]) -> Curve:
+    """Return one compound path of closed polygons."""
+    paths = [Curve(np.vstack([points, points[:1]]), closed=True) for points in polygons]
+    return Curve.make_compound_path(*paths)
+
+
+def _loops_by_region(model: Model, names: NDArray[np.str_], ending: str) -> list[Integers]:
+    return [
+        loop
+        for name in model.region_names
+        if name.endswith(ending) and (names == name).any()
+        for loop in boundary_loops(model.triangles[names == name])
+    ]
+
+
+def _outside(profile: Array | None, model: Model, distance_mm: float = 1.0) -> list[Array]:
+    """Return the face's profile above and below the lips' skin, not the way across the mouth."""
+    if profile is None:
+        return []
+    skin = np.vstack([model.nodes[edges].reshape(-1, 2) for edges in model.skin.values()])
+    fine = _refined(profile, distance_mm / 2)
+    away = np.array([np.hypot(*(skin - point).T).min() > distance_mm for point in fine])
+    changes = np.flatnonzero(np.diff(away.astype(int))) + 1
+    bounds = [0, *changes, len(fine)]
+    ends = [(a, b) for a, b in pairwise(bounds) if away[a] and (a == 0 or b == len(fine))]
+    return [fine[a:b] for a, b in ends]
+
+
+def _refined(line: Array, spacing_mm: float) -> Array:
+    """Return a polyline (n, 2) with points no farther apart than ``spacing_mm``."""
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
+    fine = np.linspace(0.0, arc[-1], int(np.ceil(arc[-1] / spacing_mm)) + 1)
+    return np.column_stack([np.interp(fine, arc, line[:, axis]) for axis in (0, 1)])
+
+
+def colour_limits(solution: Solution, shown: Shown, samples: int = 24) -> tuple[float, float]:
+    """Return round upper limits of the dermis' colours (its unit) and of pressure (kPa).
+
+    What is highest in a crease or at a corner would leave all else pale: the dermis' limit is
+    exceeded by one element in fifty at the worst increment, the pressure's is the peak of the mean
+    over the two most pressed elements.
+    """
+    names = np.array(solution.model.region_names)[solution.model.region]
+    dermis = np.char.endswith(names, "dermis")
+    indices = np.unique(np.linspace(0, solution.time_s.size - 1, samples).round().astype(int))
+    worst = [
+        float(np.quantile(solution.frame(i).element[shown.field][dermis] * shown.factor, 0.98))
+        for i in indices
+    ]
+    peaks = [float(solution[f"{lip}_lip_pressure_kpa"].values.max()) for lip in solution.contact]
+    return upper_limit(worst), upper_limit(peaks)
+
+
+def touched_points(solution: Solution) -> Mapping[str, Array]:
+    """Return by lip the undeformed points (t, 2) of the skin that ever touch the neck."""
+    found = {}
+    for lip, contact in solution.contact.items():
+        line = SkinLine(solution.model, solution.model.skin[lip], contact.arc_mm)
+        ever = (contact.fields["pressure_mpa"] > 0).any(axis=0)
+        points = line.points(solution.model.nodes)
+        found[lip] = points[ever] if ever.any() else points
+    return found

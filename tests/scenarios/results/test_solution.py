@@ -1,0 +1,173 @@
+"""Runs on disk: what is written comes back, and a killed run loses nothing."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from scenarios.results.output import OutputError
+from scenarios.results.solution import HISTORY, Increment, Model, Solution, SolutionError
+from scenarios.results.writer import SolutionWriter
+
+TOML = 'name = "made up"\n'
+
+
+def test_everything_written_comes_back(
+    run_directory: Path, model: Model, increments: list[Increment]
+) -> None:
+    solution = Solution.load(run_directory)
+    assert solution.model.region_names == model.region_names
+    np.testing.assert_array_equal(solution.model.triangles, model.triangles)
+    np.testing.assert_array_equal(solution.model.skin["lower"], model.skin["lower"])
+    for index in (0, 5, 10):
+        written, frame = increments[index], solution.frame(index)
+        assert frame.placement == written.placement
+        np.testing.assert_array_equal(frame.displacement, written.displacement)
+        np.testing.assert_allclose(
+            frame.element["von_mises_mpa"], written.element["von_mises_mpa"], rtol=1e-6
+        )
+        np.testing.assert_array_equal(
+            frame.pressure_mpa["upper"], written.contact["upper"].pressure_mpa
+        )
+
+
+def test_outputs_have_names_units_and_values_between_increments(run_directory: Path) -> None:
+    solution = Solution.load(run_directory)
+    pressure = solution["upper_lip_pressure_kpa"]
+    assert pressure.quantity.unit == "kPa"
+    assert pressure.at(1.5) == pytest.approx(60.0)
+    assert pressure.at(1.55) == pytest.approx((pressure.at(1.5) + pressure.at(1.6)) / 2)
+    assert pressure.at(99.0) == pytest.approx(pressure.values[-1])
+    frame = solution.at(1.45)
+    expected = (solution.frame(4).displacement + solution.frame(5).displacement) / 2
+    np.testing.assert_allclose(frame.displacement, expected, atol=1e-12)
+
+
+def test_an_unknown_output_names_the_nearest(run_directory: Path) -> None:
+    with pytest.raises(SolutionError, match="did you mean 'upper_lip_pressure_kpa'"):
+        Solution.load(run_directory)["upper_lip_presure_kpa"]
+
+
+def test_the_files_carry_columns_units_and_peaks(run_directory: Path) -> None:
+    header = (run_directory / "history.csv").read_text().splitlines()[0]
+    assert header.split(",") == [quantity.name for quantity in HISTORY]
+    summary = json.loads((run_directory / "summary.json").read_text())
+    assert summary["finished"] is True
+    assert summary["upper_lip_pressure_kpa"] == pytest.approx(60.0)
+    assert summary["dermis_min_log_strain"] == pytest.approx(-0.4)
+    with h5py.File(run_directory / "fields.h5") as store:
+        assert store["element/von_mises_mpa"].attrs["unit"] == "MPa"
+        assert store["increments/displacement"].shape[0] == 11
+
+
+def test_the_documentation_names_every_column_and_dataset(run_directory: Path) -> None:
+    text = (Path(__file__).parents[3] / "docs" / "run-directory.md").read_text(encoding="utf-8")
+    assert all(f"`{quantity.name}`" in text for quantity in HISTORY)
+    with h5py.File(run_directory / "fields.h5") as store:
+        for group in ("mesh", "increments", "element"):
+            assert all(f"`{group}/{name}`" in text for name in store[group])
+
+
+def test_a_killed_run_goes_on_where_it_was(
+    tmp_path: Path, model: Model, increments: list[Increment], run_directory: Path
+) -> None:
+    out = tmp_path / "run"
+    killed = SolutionWriter(out, TOML, resume=False)
+    killed.model(model)
+    for increment in increments[:4]:
+        killed.commit(increment)
+    # What a kill in the middle of the next write leaves behind.
+    (killed.folder / "increments" / ".000004.partial.npz").write_bytes(b"half a file")
+    (killed.folder / "state-000004.npz").write_bytes(b"half a file")
+    assert not out.exists()
+
+    resumed = SolutionWriter(out, TOML, resume=True)
+    last = resumed.last()
+    assert last is not None
+    assert last.time_s == increments[3].time_s
+    np.testing.assert_array_equal(last.state["stick"], increments[3].state["stick"])
+    np.testing.assert_array_equal(last.displacement, increments[3].displacement)
+    for increment in increments[4:]:
+        resumed.commit(increment)
+    resumed.finish(finished=True, sentence="all of it", about={})
+
+    assert (out / "history.csv").read_text() == (run_directory / "history.csv").read_text()
+    for name in ("increments/displacement", "element/log_strain_min", "contact/upper/gap_mm"):
+        with h5py.File(out / "fields.h5") as a, h5py.File(run_directory / "fields.h5") as b:
+            np.testing.assert_array_equal(a[name][:], b[name][:])
+    assert sorted(path.name for path in out.iterdir()) == [
+        "fields.h5",
+        "history.csv",
+        "run.log",
+        "scenario.toml",
+        "summary.json",
+    ]
+
+
+def test_other_settings_are_not_resumed(tmp_path: Path, increments: list[Increment]) -> None:
+    out = tmp_path / "run"
+    SolutionWriter(out, TOML, resume=False).commit(increments[0])
+    with pytest.raises(SolutionError, match="without --resume"):
+        SolutionWriter(out, TOML + "# other\n", resume=True)
+    assert SolutionWriter(out, TOML, resume=False).last() is None
+
+
+def test_another_motion_is_not_resumed(tmp_path: Path) -> None:
+    writer = SolutionWriter(tmp_path / "run", TOML, resume=False)
+    motion = tmp_path / "motion.csv"
+    motion.write_text("one")
+    writer.keep(motion, writer.folder / "motion" / "motion.csv")
+    writer.keep(motion, writer.folder / "motion" / "motion.csv")
+    motion.write_text("other")
+    with pytest.raises(SolutionError, match=r"another motion\.csv"):
+        writer.keep(motion, writer.folder / "motion" / "motion.csv")
+
+
+def test_a_run_that_fails_before_its_first_increment_leaves_nothing(tmp_path: Path) -> None:
+    with (
+        pytest.raises(ZeroDivisionError),
+        SolutionWriter(tmp_path / "run", TOML, resume=False),
+    ):
+        _ = 1 / 0
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_earlier_result_is_replaced_and_other_files_are_not(
+    tmp_path: Path, model: Model, increments: list[Increment]
+) -> None:
+    out = tmp_path / "run"
+    for sentence in ("first", "second"):
+        writer = SolutionWriter(out, TOML, resume=False)
+        writer.model(model)
+        writer.commit(increments[0])
+        writer.finish(finished=False, sentence=sentence, about={})
+    assert Solution.load(out).summary["sentence"] == "second"
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+    letters = tmp_path / "letters"
+    letters.mkdir()
+    (letters / "dear.txt").write_text("Dear")
+    with pytest.raises(OutputError, match="give another directory"):
+        SolutionWriter(letters, TOML, resume=False)
+
+
+def test_an_unfinished_run_says_how_to_finish_it(
+    tmp_path: Path, increments: list[Increment]
+) -> None:
+    SolutionWriter(tmp_path / "run", TOML, resume=False).commit(increments[0])
+    with pytest.raises(SolutionError, match="--resume"):
+        Solution.load(tmp_path / "run")
+    with pytest.raises(SolutionError, match="drinksim replay"):
+        Solution.load(tmp_path / "elsewhere")
+
+
+def test_a_history_without_a_column_is_refused(increments: list[Increment]) -> None:
+    history = dict(increments[0].history)
+    del history["upper_lip_contact_mm"]
+    with pytest.raises(SolutionError, match="upper_lip_contact_mm"):
+        dataclasses.replace(increments[0], history=history).row()

@@ -1,0 +1,232 @@
+"""Films, contact sheets and plots: they are made, and show what the run says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from PIL import Image
+
+from geometry2d.rigid import RigidPlacement
+from scenarios.results.solution import Model, Solution, SolutionError
+from scenarios.views.animation import animate, film_frames, film_times, telling_times
+from scenarios.views.filmed import (
+    HEAD_COLUMNS,
+    Crop,
+    FilmedError,
+    picture_scale,
+    pictures_at,
+    read_pose,
+)
+from scenarios.views.plots import imprint, plot_histories, plot_imprint
+from scenarios.views.run_view import Story, StoryError
+from scenarios.views.scene import SHOWN, Scene, boundary_loops, colour_limits
+from tests.support.made_up_sip import PICTURE_ORIGIN, PICTURE_SCALE, UPPER_MOUTH
+
+
+def test_a_film_plays_in_a_browser(run_directory: Path, tmp_path: Path) -> None:
+    animate(run_directory, tmp_path / "sip.mp4", beside_video=True)
+    with av.open(str(tmp_path / "sip.mp4")) as film:
+        stream = film.streams.video[0]
+        assert stream.codec_context.name == "h264"
+        assert stream.codec_context.pix_fmt == "yuv420p"
+        times = [frame.time for frame in film.decode(stream)]
+    assert (stream.width, stream.height) == (1280, 720)
+    np.testing.assert_allclose(times, np.arange(26) / 25, atol=1e-4)
+    data = (tmp_path / "sip.mp4").read_bytes()
+    assert data.index(b"moov") < data.index(b"mdat")  # starts before all of it has arrived
+    assert [path.name for path in tmp_path.iterdir()] == ["sip.mp4"]
+
+
+def test_the_recording_runs_along_with_the_model(run_directory: Path) -> None:
+    story = Story.of(run_directory, field="von_mises_mpa", beside_video=True)
+    times = np.array([1.0, 1.5, 2.0])
+    frames = list(film_frames(story, times, lambda share, text: None))
+    red = np.array([frame[400, 60, 0] for frame in frames], float)
+    # Frame n of the recording is shown at 0.8 + 0.04 n s and has red 40 + 4 n.
+    np.testing.assert_allclose(red, 40 + 4 * (times - 0.8) / 0.04, atol=6)
+    model = [frame[52:514, 648:1264].astype(int) for frame in frames]
+    assert np.abs(model[1] - model[0]).max(axis=2).mean() > 2
+    assert story.recording_title == "recording (rendered)"
+
+
+def test_the_recording_is_shown_upright_and_in_its_place(run_directory: Path) -> None:
+    story = Story.of(run_directory, field="von_mises_mpa", beside_video=True)
+    (frame,) = film_frames(story, np.array([1.5]), lambda share, text: None)
+    panel = frame[52:514, 16:632].astype(int).sum(axis=2)
+    rows, columns = np.nonzero(panel[40:] < 120)  # the dark bar, below the panel's label
+    window = story.window_px(616 / 462)
+    crop = Crop.around(window, picture=(320, 200), aspect=616 / 462)
+    scale = 616 / crop.width
+    # The bar covers the px 200…259 and 130…139 of the recording.
+    assert rows.mean() + 40 == pytest.approx((134.5 - crop.top) * scale, abs=3)
+    assert columns.mean() == pytest.approx((229.5 - crop.left) * scale, abs=3)
+
+
+def test_frames_depend_on_their_time_alone(run_directory: Path) -> None:
+    story = Story.of(run_directory, field="von_mises_mpa", beside_video=False)
+    once = list(film_frames(story, np.array([1.0, 1.5]), lambda share, text: None))
+    alone = list(film_frames(story, np.array([1.5]), lambda share, text: None))
+    np.testing.assert_array_equal(once[1], alone[0])
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_a_contact_sheet_has_six_frames(run_directory: Path, tmp_path: Path, beside: bool) -> None:
+    animate(run_directory, tmp_path / "sip.png", beside_video=beside)
+    with Image.open(tmp_path / "sip.png") as sheet:
+        assert sheet.width > 2000
+        assert sheet.height > (800 if beside else 500)
+
+
+def test_a_gif_repeats(run_directory: Path, tmp_path: Path) -> None:
+    animate(run_directory, tmp_path / "sip.gif", field="log_strain_min")
+    with Image.open(tmp_path / "sip.gif") as gif:
+        assert gif.size == (800, 450)
+        assert gif.n_frames == 13
+        assert gif.info["loop"] == 0
+
+
+def test_what_cannot_be_shown_is_refused(run_directory: Path, tmp_path: Path) -> None:
+    with pytest.raises(StoryError, match=r"must end in one of \.mp4, \.gif, \.png"):
+        animate(run_directory, tmp_path / "sip.avi")
+    with pytest.raises(StoryError, match="did you mean 'von_mises_mpa'"):
+        animate(run_directory, tmp_path / "sip.mp4", field="von_mises")
+    with pytest.raises(SolutionError, match="no run directory"):
+        animate(tmp_path / "nowhere", tmp_path / "sip.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_telling_times_span_the_contact(run_directory: Path) -> None:
+    times = telling_times(Solution.load(run_directory), 6)
+    assert times.shape == (6,)
+    assert (np.diff(times) > 0).all()
+    assert times[0] < 1.1
+    assert times[-1] > 1.9
+    assert film_times(Solution.load(run_directory), 25.0)[-1] <= 2.0 + 1e-9
+
+
+def test_the_model_is_drawn_where_it_is_in_the_world(run_directory: Path) -> None:
+    solution = Solution.load(run_directory)
+    figure = Figure()
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.set(xlim=(0, 200), ylim=(-100, 100))
+    scene = Scene(axes, solution, SHOWN["von_mises_mpa"], (80.0, 80.0))
+    head = RigidPlacement(0.3, (5.0, -7.0))
+    frame = solution.frame(5)
+    scene.show(frame, head)
+    corner = int(np.argmin(np.hypot(*(solution.model.nodes - UPPER_MOUTH).T)))
+    expected = head.apply(solution.model.nodes[corner] + frame.displacement[corner])
+    path = scene.element_colours.get_paths()
+    to_world = scene.element_colours.get_transform() - axes.transData
+    drawn = np.vstack([to_world.transform(polygon.vertices) for polygon in path])
+    assert np.hypot(*(drawn - expected).T).min() < 1e-9
+
+
+def test_pressure_is_drawn_where_the_lip_is_pressed(run_directory: Path) -> None:
+    solution = Solution.load(run_directory)
+    figure = Figure()
+    FigureCanvasAgg(figure)
+    scene = Scene(figure.add_subplot(), solution, SHOWN["von_mises_mpa"], (80.0, 80.0))
+    scene.show(solution.frame(5), RigidPlacement(0.0, (0.0, 0.0)))
+    segments = np.array(scene.pressure_colours.get_segments())
+    pressure = np.asarray(scene.pressure_colours.get_array())
+    assert pressure.max() == pytest.approx(60.0, rel=0.01)
+    pressed = segments[pressure > 30.0].mean(axis=1)
+    assert np.abs(pressed[:, 0] - 95.0).max() < 3.0
+    assert {-1, 1} == set(np.sign(pressed[:, 1] + 32.0))  # on both lips
+    assert np.abs(pressed[:, 1] + 32.0).min() > 6.0  # pushed in, away from the opening
+
+
+def test_loops_run_once_around_a_region(model: Model) -> None:
+    bulk = model.triangles[model.region == 1]
+    (loop,) = boundary_loops(bulk)
+    x, y = model.nodes[loop].T
+    assert len(set(loop.tolist())) == len(loop)
+    area = 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+    assert area == pytest.approx(24.0 * 10.5)
+    turned = bulk[:, [0, 2, 1, 5, 4, 3]]
+    mixed = np.where((np.arange(len(bulk)) % 2 == 0)[:, None], bulk, turned)
+    assert {frozenset(line.tolist()) for line in boundary_loops(mixed)} == {
+        frozenset(loop.tolist())
+    }
+
+
+def test_two_regions_that_touch_in_a_node_have_closed_loops(model: Model) -> None:
+    squares = np.array([[0, 1, 2, 3, 4, 5], [2, 6, 7, 8, 9, 10]])
+    loops = boundary_loops(squares)
+    assert sorted(node for loop in loops for node in set(loop.tolist())) in (
+        [0, 1, 2, 2, 3, 4, 5, 6, 7, 8, 9, 10],
+        [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10],
+    )
+
+
+def test_colours_end_at_round_numbers_above_what_occurs(run_directory: Path) -> None:
+    stress, pressure = colour_limits(Solution.load(run_directory), SHOWN["von_mises_mpa"])
+    assert stress == 80.0
+    assert pressure == 80.0
+
+
+def test_the_picture_scale_is_found_from_the_tracks(run_directory: Path) -> None:
+    folder = run_directory / "motion"
+    scale = picture_scale(folder / "tracks.csv", folder / "motion.csv")
+    assert scale.px_per_mm == pytest.approx(PICTURE_SCALE, rel=1e-4)
+    np.testing.assert_allclose(scale.pixels(np.zeros((1, 2)))[0], PICTURE_ORIGIN, atol=0.02)
+
+
+def test_a_crop_keeps_places_and_stays_inside(tmp_path: Path) -> None:
+    picture = np.zeros((200, 320, 3), np.uint8)
+    picture[100:110, 200:210] = 255
+    crop = Crop.around(Crop(190.0, 90.0, 40.0, 30.0), picture=(320, 200), aspect=4 / 3)
+    assert -0.5 <= crop.left <= 319.5 - crop.width
+    assert -0.5 <= crop.top <= 199.5 - crop.height
+    scaled = crop.scaled(picture, (400, 300))
+    y, x = np.argwhere(scaled[..., 0] > 127).mean(axis=0)
+    factor = crop.width / 400
+    assert crop.left + (x + 0.5) * factor == pytest.approx(204.5 + 0.5, abs=0.5)
+    assert crop.top + (y + 0.5) * factor == pytest.approx(104.5 + 0.5, abs=0.5)
+    whole = Crop.around(None, picture=(320, 200), aspect=4 / 3)
+    assert (whole.width, whole.height) == pytest.approx((320, 240))
+
+
+def test_pictures_are_those_nearest_in_time(run_directory: Path) -> None:
+    video = run_directory.parent / "filmed" / "recording.mp4"
+    pictures = list(pictures_at(video, [0.0, 0.83, 1.6, 1.61, 9.0]))
+    red = [float(np.median(picture[:50, :, 0])) for picture in pictures]
+    np.testing.assert_allclose(red, [40, 44, 120, 120, 196], atol=4)
+
+
+def test_a_motion_file_without_the_head_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "motion.csv"
+    file.write_text("time_s,rel_x_mm\n0,1\n")
+    with pytest.raises(FilmedError, match="column head_x_mm is missing"):
+        read_pose(file, HEAD_COLUMNS)
+    file.write_text("time_s,head_x_mm\n0,1\n0,1,2\n")
+    with pytest.raises(FilmedError, match="is not a table of numbers"):
+        read_pose(file, HEAD_COLUMNS)
+
+
+def test_the_imprint_is_the_pressure_along_the_neck(run_directory: Path) -> None:
+    solution = Solution.load(run_directory)
+    arc, pressure = imprint(solution, "upper")
+    assert pressure.shape == (11, arc.size)
+    row, column = np.unravel_index(np.argmax(pressure), pressure.shape)
+    assert row == 5
+    assert arc[column] == pytest.approx(10.0, abs=0.15)
+    assert pressure.max() == pytest.approx(60.0, rel=0.01)
+    assert pressure[0].max() == 0.0
+
+
+def test_plots_are_written(run_directory: Path, tmp_path: Path) -> None:
+    plot_histories([run_directory, run_directory], tmp_path / "histories.png")
+    plot_histories([run_directory], tmp_path / "history.svg")
+    plot_imprint(run_directory, tmp_path / "imprint.png")
+    assert sorted(p.name for p in tmp_path.iterdir()) == [
+        "histories.png",
+        "history.svg",
+        "imprint.png",
+    ]

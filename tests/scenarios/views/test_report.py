@@ -1,0 +1,315 @@
+"""The report: one page that loads nothing, says what was found, and trusts no text of a file."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import io
+import json
+import math
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image as Pillow
+
+from scenarios.cli.commands import main
+from scenarios.results.solution import LIPS, Solution
+from scenarios.results.verdict import FAILURE, PAIN, Verdict
+from scenarios.views.animation import animate
+from scenarios.views.page.figures import Curve, curves, line_style
+from scenarios.views.page.hypertext import Markup, joined, tag
+from scenarios.views.page.report import write_report
+from scenarios.views.plots import plot_histories
+
+HOSTILE = '<script>alert("x")</script> & $\\frac{$ "quoted"'
+VOID = {"img", "meta", "br", "hr", "col", "link", "input"}
+
+
+class Page(HTMLParser):
+    """A page taken apart: its elements, what it says, and whether its tags are balanced."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.elements: list[tuple[str, dict[str, str]]] = []
+        self.words: list[str] = []
+        self.cells: list[list[str]] = []
+        self._open: list[str] = []
+        self.feed(text)
+        self.close()
+        assert self._open == []
+
+    def handle_starttag(self, name: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.elements.append((name, {key: value or "" for key, value in attributes}))
+        if name == "tr":
+            self.cells.append([])
+        if name in ("td", "th") and self.cells:
+            self.cells[-1].append("")
+        if name not in VOID:
+            self._open.append(name)
+
+    def handle_endtag(self, name: str) -> None:
+        assert self._open.pop() == name
+
+    def handle_data(self, data: str) -> None:
+        if "style" in self._open:
+            return
+        self.words.append(data)
+        if {"td", "th"} & set(self._open):
+            self.cells[-1][-1] += data
+
+    def named(self, name: str) -> list[dict[str, str]]:
+        return [attributes for element, attributes in self.elements if element == name]
+
+    @property
+    def text(self) -> str:
+        return " ".join("".join(self.words).split())
+
+    def row(self, title: str) -> list[str]:
+        return next(cells[2:] for cells in self.cells if cells and cells[0] == title)
+
+
+def embedded(address: str) -> bytes:
+    head, data = address.split(",", 1)
+    assert head.startswith("data:")
+    assert head.endswith(";base64")
+    return base64.b64decode(data)
+
+
+def renamed(run: Path, to: Path, name: str, **summary: object) -> Path:
+    """Copy a run, under another scenario name and with other entries in its summary."""
+    shutil.copytree(run, to)
+    toml = to / "scenario.toml"
+    text = toml.read_text()
+    described = f"name = {json.dumps(name)}\ndescription = {json.dumps(name)}"
+    toml.write_text(text.replace('name = "made up"', described))
+    known = json.loads((to / "summary.json").read_text())
+    (to / "summary.json").write_text(json.dumps({**known, "scenario": name, **summary}))
+    return to
+
+
+@pytest.fixture(scope="module")
+def one_file(run_directory: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("report") / "one.html"
+    write_report([run_directory], out)
+    return out
+
+
+@pytest.fixture(scope="module")
+def one(one_file: Path) -> Page:
+    return Page(one_file.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def hostile_pair(run_directory: Path, tmp_path_factory: pytest.TempPathFactory) -> Page:
+    place = tmp_path_factory.mktemp("pair")
+    other = renamed(
+        run_directory, place / "b", HOSTILE, finished=False, sentence=HOSTILE, version=HOSTILE
+    )
+    with (other / "scenario.toml").open("a") as toml:
+        toml.write("[contact]\nfriction = 0.25\n")
+    out = place / "pair.html"
+    assert main(["report", str(run_directory), str(other), "--out", str(out)]) == 0
+    return Page(out.read_text(encoding="utf-8"))
+
+
+def test_a_page_loads_and_runs_nothing(one: Page, hostile_pair: Page) -> None:
+    for page in (one, hostile_pair):
+        for name, attributes in page.elements:
+            assert name not in ("script", "link", "iframe", "object", "base")
+            assert not any(key.startswith("on") for key in attributes)
+            for key in ("src", "href"):
+                assert attributes.get(key, "#").startswith(("data:", "#"))
+        policies = [meta for meta in page.named("meta") if "http-equiv" in meta]
+        assert policies[0]["content"].startswith("default-src 'none'")
+
+
+def test_every_picture_can_be_read_and_is_described(one: Page) -> None:
+    pictures = one.named("img")
+    # Nine histories, six instants twice, the imprint in time and on the contour.
+    assert len(pictures) == 9 + 12 + 2
+    for picture in pictures:
+        assert len(picture["alt"]) > 8
+        data = embedded(picture["src"])
+        if picture["src"].startswith("data:image/svg+xml"):
+            assert b"<svg" in data
+        else:
+            assert Pillow.open(io.BytesIO(data)).size >= (480, 400)
+    assert sum("recording (rendered)" in picture["alt"] for picture in pictures) == 6
+
+
+def test_a_page_has_an_outline_and_targets_for_its_links(one: Page) -> None:
+    assert one.named("html")[0]["lang"] == "en"
+    assert len(one.named("h1")) == len(one.named("main")) == 1
+    ids = [attributes["id"] for _, attributes in one.elements if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    links = [link["href"][1:] for link in one.named("a") if link["href"].startswith("#")]
+    labels = [e["aria-labelledby"] for e in one.named("section")]
+    assert set(links + labels) <= set(ids)
+
+
+def test_text_from_files_stays_text(hostile_pair: Page) -> None:
+    shown = " ".join(HOSTILE.split())
+    assert shown in hostile_pair.text
+    assert f"The run is not complete: {shown}" in hostile_pair.text
+    assert hostile_pair.row("drinksim")[1] == HOSTILE
+    summed = [picture["alt"] for picture in hostile_pair.named("img")]
+    assert any(HOSTILE in words for words in summed)
+
+
+def test_the_numbers_are_the_runs(one: Page, run_directory: Path) -> None:
+    solution = Solution.load(run_directory)
+    for lip in LIPS:
+        shown = float(one.row(f"highest mean of two surface elements, {lip} lip")[0])
+        assert shown == pytest.approx(solution[f"{lip}_lip_pressure_kpa"].values.max(), abs=0.05)
+    shown = one.row("smallest log strain")[0].replace("−", "-")
+    assert float(shown) == pytest.approx(-0.4, abs=5e-4)
+    both = [sum(solution[f"{lip}_lip_force_{axis}_n"].values for lip in LIPS) for axis in "xy"]
+    force = 1e3 * np.hypot(*both).max()
+    assert float(one.row("largest force on the hand, per mm of width")[0]) == pytest.approx(
+        force, rel=1e-3
+    )
+    # Of a summary that lacks them, solver facts are absent, not a failure.
+    assert one.row("deepest penetration, neck") == ["–"]
+
+
+def test_runs_of_one_scenario_are_told_apart_and_forces_are_per_width(
+    run_directory: Path, tmp_path: Path
+) -> None:
+    thick = tmp_path / "thick"
+    shutil.copytree(run_directory, thick)
+    with (thick / "scenario.toml").open("a") as toml:
+        toml.write("[solver]\nthickness_mm = 4.0\n")
+    write_report([run_directory, thick], tmp_path / "r.html")
+    page = Page((tmp_path / "r.html").read_text())
+    assert f"made up ({thick})" in page.text
+    first, second = (float(x) for x in page.row("largest force on the hand, per mm of width"))
+    assert second == pytest.approx(first / 4, rel=1e-3)
+    assert ["solver.thickness_mm", "–", "4.0"] in page.cells
+
+
+def test_a_comparison_says_what_differs(hostile_pair: Page) -> None:
+    assert ["contact.friction", "–", "0.25"] in hostile_pair.cells
+    assert "Settings that differ between the runs: 1" in hostile_pair.text
+
+
+def test_the_page_holds_what_repeats_the_run(one: Page, run_directory: Path) -> None:
+    files = {
+        link["download"]: embedded(link["href"]) for link in one.named("a") if "download" in link
+    }
+    assert files["scenario.toml"] == (run_directory / "scenario.toml").read_bytes()
+    assert files["motion.csv"] == (run_directory / "motion" / "motion.csv").read_bytes()
+    lines = list(csv.DictReader(io.StringIO(files["history.csv"].decode())))
+    assert len(lines) == Solution.load(run_directory).time_s.size
+
+
+def test_the_same_runs_give_the_same_bytes(
+    one_file: Path, run_directory: Path, tmp_path: Path
+) -> None:
+    write_report([run_directory], tmp_path / "again.html")
+    assert (tmp_path / "again.html").read_bytes() == one_file.read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == ["again.html"]
+
+
+def test_names_of_runs_are_no_formulas(run_directory: Path, tmp_path: Path) -> None:
+    other = renamed(run_directory, tmp_path / "other", HOSTILE)
+    plot_histories([run_directory, other], tmp_path / "histories.png")
+    animate(other, tmp_path / "sheet.png")
+    assert (tmp_path / "histories.png").is_file()
+    assert (tmp_path / "sheet.png").is_file()
+
+
+def test_a_lost_recording_is_said(run_directory: Path, tmp_path: Path) -> None:
+    lost = tmp_path / "lost"
+    shutil.copytree(run_directory, lost)
+    toml = lost / "scenario.toml"
+    toml.write_text(re.sub(r'video = ".*?"', 'video = "gone.mp4"', toml.read_text()))
+    write_report([lost], tmp_path / "r.html")
+    page = Page((tmp_path / "r.html").read_text())
+    assert "lost its recording's file" in page.text
+    assert len(page.named("img")) == 9 + 6 + 2
+
+
+@pytest.mark.parametrize(
+    ("runs", "out", "wanted"),
+    [
+        (["run"], "r.pdf", ".html"),
+        (["run", "run"], "r.html", "more than once"),
+        (["nothing"], "r.html", "no run directory"),
+    ],
+)
+def test_wrong_input_is_one_line(
+    capsys: pytest.CaptureFixture[str],
+    run_directory: Path,
+    tmp_path: Path,
+    runs: list[str],
+    out: str,
+    wanted: str,
+) -> None:
+    named = [str(run_directory.parent / run) for run in runs]
+    assert main(["report", *named, "--out", str(tmp_path / out)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert wanted in captured.err
+    assert len(captured.err.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@given(st.text(), st.text())
+def test_a_tag_gives_back_its_text(child: str, value: str) -> None:
+    # Browsers and this parser read a carriage return as a new line; nothing else is changed.
+    written = tag("p", child.replace("\r", ""), title=value.replace("\r", ""))
+    page = Page(written)
+    assert page.elements == [("p", {"title": value.replace("\r", "")})]
+    assert "".join(page.words) == child.replace("\r", "")
+
+
+def test_only_markup_is_not_escaped() -> None:
+    assert joined("<b>", tag("b", "x")) == "&lt;b&gt;<b>x</b>"
+    assert isinstance(joined("a"), Markup)
+
+
+def verdict(pressure: float, strain: float) -> Verdict:
+    return Verdict.of(
+        {
+            "upper_lip_window_kpa": pressure,
+            "lower_lip_window_kpa": 0.0,
+            "dermis_max_log_strain": strain,
+        }
+    )
+
+
+def test_thresholds_are_the_papers() -> None:
+    assert (PAIN.low, PAIN.high) == (272.0, 508.0)
+    assert FAILURE.low == pytest.approx(math.log(1.54)) == pytest.approx(0.43, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("pressure", "strain", "wanted"),
+    [
+        (136.0, 0.3, ("136 kPa", "50 % of the lowest pressure", "35 %", "below the 54 %")),
+        (300.0, 0.44, ("within the range", "beyond the 54 %")),
+        (600.0, 0.1, ("above the whole range",)),
+        (0.0, 0.0, ("never presses",)),
+    ],
+)
+def test_a_verdict_says_which_side_of_the_thresholds(
+    pressure: float, strain: float, wanted: tuple[str, ...]
+) -> None:
+    sentence = verdict(pressure, strain).sentence
+    assert all(words in sentence for words in wanted), sentence
+
+
+def test_lines_of_six_runs_differ_in_more_than_colour_where_colours_are_used_up() -> None:
+    styles = [line_style(index) for index in range(12)]
+    assert len(set(styles)) == 12
+
+
+def test_a_figure_survives_constant_and_single_values() -> None:
+    flat = Curve(np.array([0.0]), np.array([0.0]))
+    assert b"<svg" in curves([flat, flat], label="kPa", shows="nothing").data

@@ -1,0 +1,1 @@
+"""What several tests need: bodies, clips, runs and models made for them."""

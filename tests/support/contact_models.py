@@ -1,0 +1,242 @@
+"""Blocks, supports and loads that the verification problems of contact are built from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+import scipy.sparse as sp
+import skfem
+
+from fem2d.body.body import Body
+from fem2d.body.kinematics import Plane
+from fem2d.body.surface import Surface
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.contact.rigid import RigidContact
+from fem2d.materials.material import compressibility
+from fem2d.materials.neo_hookean import NeoHookean
+from fem2d.materials.ogden import Ogden
+from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.linear import fastest_solver
+from fem2d.solvers.march import Commit, MarchStatus, StepSettings, march
+from fem2d.solvers.model import System, SystemBalance
+from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.state import State
+from geometry2d.outline import Outline
+from geometry2d.rigid import RigidMotion, rotated
+
+FINE = NewtonSettings(tolerance=1e-8, force_floor_n=1e-3, iterations=40)
+"""Balance to round-off: the closed forms are what is tested, not the tolerance."""
+
+
+@dataclass(frozen=True)
+class LoadedSystem(System):
+    """A system with dead nodal loads and held unknowns, which lips do not need.
+
+    ``load`` gives the forces (2n,), N, at a time; ``held`` are unknowns that springs of
+    ``hold`` N/mm keep at ``path`` (time), mm, so stiff that they are supports.
+    """
+
+    load: Callable[[float], np.ndarray] | None = None
+    held: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+    path: Callable[[float], np.ndarray] | None = None
+    hold: float = 1e7
+
+    def reaction(self, displacement: np.ndarray, time_s: float) -> np.ndarray:
+        """Forces on the held unknowns, N."""
+        there = 0.0 if self.path is None else self.path(time_s)
+        return self.hold * (there - displacement.ravel()[self.held])
+
+    def balance(self, displacement, placement, before, duration_s, **options) -> SystemBalance:
+        plain = super().balance(displacement, placement, before, duration_s, **options)
+        time = before.time_s + duration_s
+        residual, scale = plain.residual.copy(), plain.force_scale
+        reaction = self.reaction(displacement, time)
+        residual[self.held] -= reaction
+        if self.held.size:
+            scale = max(scale, np.max(np.abs(reaction)))
+        if self.load is not None:
+            force = self.load(time)
+            residual -= force
+            scale = max(scale, np.max(np.abs(force)))
+
+        def matrix(safe: bool) -> sp.csr_matrix:
+            result = plain.matrix(safe)
+            diagonal = result.diagonal()
+            diagonal[self.held] += self.hold
+            result.setdiag(diagonal)
+            return result
+
+        return replace(plain, residual=residual, force_scale=scale, matrix=matrix)
+
+
+def linear_elastic(young_mpa: float, poisson: float) -> NeoHookean:
+    """The neo-Hookean law that has these constants at small strain."""
+    return NeoHookean.from_poisson(young_mpa / (4 * (1 + poisson)), poisson)
+
+
+def block(
+    x,
+    y,
+    material,
+    *,
+    plane=Plane.STRAIN,
+    element="Q4",
+    distortion=0.0,
+    angle=0.0,
+    layers=None,
+    **options,
+) -> Body:
+    """A block on the grid lines ``x`` and ``y`` with its four sides named.
+
+    ``distortion`` shifts nodes by that share of the smallest spacing: inside anywhere, on the
+    sides along them. ``angle`` turns the block about the origin.
+    """
+    mesh = (skfem.MeshTri if element[0] == "T" else skfem.MeshQuad).init_tensor(x, y)
+    sides = {
+        "left": lambda p: np.isclose(p[0], x[0]),
+        "right": lambda p: np.isclose(p[0], x[-1]),
+        "bottom": lambda p: np.isclose(p[1], y[0]),
+        "top": lambda p: np.isclose(p[1], y[-1]),
+    }
+    mesh = mesh.with_boundaries(sides)
+    if layers:
+        mesh = mesh.with_subdomains(layers)
+    if distortion:
+        points = mesh.p.copy()
+        rng = np.random.default_rng(4)
+        for axis, line in enumerate((x, y)):
+            inside = (points[axis] > line[0] + 1e-9) & (points[axis] < line[-1] - 1e-9)
+            reach = distortion * np.min(np.diff(line))
+            points[axis, inside] += rng.uniform(-reach, reach, np.count_nonzero(inside))
+        mesh = type(mesh)(points, mesh.t, _boundaries=mesh.boundaries, _subdomains=mesh.subdomains)
+    if angle:
+        mesh = type(mesh)(
+            rotated(mesh.p.T, angle).T,
+            mesh.t,
+            _boundaries=mesh.boundaries,
+            _subdomains=mesh.subdomains,
+        )
+    return Body.of(mesh, material, plane=plane, element=element, **options)
+
+
+def graded(half_width: float, finest: float, inside: float, ratio: float = 1.15) -> np.ndarray:
+    """Grid lines from 0 to ``half_width``: ``finest`` apart up to ``inside``, then coarser."""
+    lines = list(np.arange(0, inside + 0.5 * finest, finest))
+    step = finest
+    while lines[-1] < half_width:
+        step *= ratio
+        lines.append(lines[-1] + step)
+    # The last step is stretched to end where it should.
+    tail = np.array(lines)
+    start = round(inside / finest)
+    scale = (half_width - tail[start]) / (tail[-1] - tail[start])
+    tail[start:] = tail[start] + scale * (tail[start:] - tail[start])
+    return tail
+
+
+def unknowns(body: Body, side: str, component: int) -> np.ndarray:
+    """Unknowns of one component (0 along x, 1 along y) on a named side."""
+    return 2 * body.boundary_nodes(side) + component
+
+
+def side_pressure(body: Body, side: str, traction: tuple[float, float]) -> np.ndarray:
+    """Nodal forces (2n,) of a uniform dead traction, MPa, on a named side."""
+    surface = Surface(body.edges(side), body.nodes, thickness_mm=body.thickness_mm)
+    uniform = np.broadcast_to(np.asarray(traction, float), (*surface.weight.shape, 2))
+    force = np.zeros(2 * len(body.nodes))
+    dofs, nodal = surface.assembled_force(uniform)
+    np.add.at(force, dofs, nodal)
+    return force
+
+
+def plane_below(y: float = 0.0, *, reach: float = 1000.0) -> Outline:
+    """A rigid half-plane (a large rectangle) whose upper face is at ``y``."""
+    return Outline.from_corners(
+        [[-reach, y - reach], [reach, y - reach], [reach, y], [-reach, y]], 0
+    )
+
+
+def still(end_s: float = 1.0) -> RigidMotion:
+    """A motion that stays where it is."""
+    return RigidMotion(np.array([0.0, end_s]), np.zeros(2), np.zeros((2, 2)))
+
+
+def path(times, positions) -> RigidMotion:
+    """Straight lines from point to point at constant speed, without turning.
+
+    A spline through corners would overshoot; many samples on each line keep it straight.
+    """
+    fine = np.unique(np.concatenate([np.linspace(a, b, 201) for a, b in pairwise(times)]))
+    columns = [np.interp(fine, times, c) for c in np.transpose(positions)]
+    return RigidMotion(fine, np.zeros_like(fine), np.column_stack(columns))
+
+
+def followed(
+    system: System,
+    motion: RigidMotion,
+    *,
+    increments: int,
+    newton: NewtonSettings = FINE,
+    start: State | None = None,
+    end_s: float | None = None,
+    step_s: float | None = None,
+    solver=None,
+) -> list[Commit]:
+    """March in equal increments (or of ``step_s``) and return all of them; it must arrive."""
+    last = float(motion.time_s[-1]) if end_s is None else end_s
+    step = last / increments if step_s is None else step_s
+    if start is None:
+        start = system.state_at_rest(0.0, motion.at(0.0), next_step_s=step)
+    commits: list[Commit] = []
+    result = march(
+        system,
+        motion,
+        start,
+        solver=solver or fastest_solver(),
+        end_s=last,
+        steps=StepSettings(
+            longest_s=step, travel_mm=np.inf, accuracy_mm=np.inf, easy_iterations=newton.iterations
+        ),
+        newton=newton,
+        on_commit=commits.append,
+    )
+    assert result.status is MarchStatus.FINISHED, f"{result.status} at {result.state.time_s} s"
+    return commits
+
+
+def force_on_tissue(commit: Commit) -> np.ndarray:
+    """Sum of all contact forces on the tissue (2,), N."""
+    total = np.zeros(2)
+    for contact in commit.contacts:
+        total += contact.force.reshape(-1, 2).sum(axis=0)
+    return total
+
+
+LIP_PRESS = path([0, 1, 2], [[0, 0], [0, -3], [4, -3]])
+"""Three millimetres down, four sideways."""
+
+
+def lip_press(columns=50, rows=40, *, plane=Plane.STRAIN, element="Q4", angle=0.0, **options):
+    """PEERS' benchmark: a circle of radius 4 mm pressed and dragged over a skin-like block.
+
+    20 mm × 12 mm, bottom fixed, the upper tenth Ogden skin of ν = 0.49; friction 1; penalties of
+    10 MPa/mm. ``angle`` turns the whole problem. Returns the system; `LIP_PRESS` is the motion.
+    """
+    x, y = np.linspace(0, 20, columns + 1), np.linspace(0, 12, rows + 1)
+    layers = {"dermis": lambda p: p[1] > 10.8, "bulk": lambda p: p[1] < 10.8}
+    shear, bulk = 0.05, 0.0083734
+    materials = {
+        "dermis": Ogden((shear,), (10.789,), (compressibility(shear, 0.49),)),
+        "bulk": NeoHookean(0.5 * bulk, compressibility(bulk, 0.49)),
+    }
+    body = block(x, y, materials, plane=plane, element=element, angle=angle, layers=layers)
+    top = Surface(body.edges("top"), body.nodes, points_per_edge=options.pop("points", 2))
+    lip = Outline.circle([10, 16], 4).moved(angle, [0, 0])
+    normal = options.pop("normal", NormalLaw(10.0, 1e-9))
+    friction = options.pop("friction", FrictionLaw(1.0, 10.0))
+    held = np.concatenate([unknowns(body, "bottom", 0), unknowns(body, "bottom", 1)])
+    pair = RigidContact("circle", top, lip, normal, friction)
+    return LoadedSystem(body, (pair,), (), Inertia(0.0), held=held, hold=1e4)
