@@ -161,7 +161,7 @@ def compared(mesh: skfem.MeshQuad, plane: Plane) -> None:
 
     calls: dict[str, Callable[[], object]] = {
         "compiled, force and stiffness": lambda: body.pattern.matrix(body.response(u).stiffness),
-        "compiled, projected": lambda: body.response(u, projected=True),
+        "compiled, projected": lambda: body.response(u, psd=True),
         "compiled, force only": lambda: body.energy_and_force(u),
         "scikit-fem, law and forms": lambda: peer(theirs_u),
         "scikit-fem, forms alone": forms_alone,

@@ -161,7 +161,7 @@ def main() -> None:
         whole,
         longest_s=whole.longest_s / 2,
         travel_mm=whole.travel_mm / 2,
-        accuracy_mm=whole.accuracy_mm / 4,  # an error of foresight grows with the step's square
+        accuracy_mm=whole.accuracy_mm / 4,  # an error of the predictor grows with the step's square
     )
     head = ["run", "triangles", "increments, iterations", *COLUMNS, "clock, processor s", "MB"]
     for name in options.scenarios:

@@ -39,7 +39,7 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
-from fem2d.contact.self_contact import TissueContact, TissueResponse
+from fem2d.contact.self_contact import SelfContact, SelfContactResponse
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material
@@ -155,7 +155,7 @@ def squeezed(
         RigidContact("left", surface["top"], left, normal, smooth, moving=False),
         RigidContact("right", surface["top"], left.moved(0, (length + 5, 0)), normal, smooth),
     )
-    fold = TissueContact(
+    fold = SelfContact(
         "fold",
         (surface["top"],),
         normal,
@@ -201,7 +201,7 @@ class Seen:
             self.folded = strain
 
 
-def _apart(fold: TissueResponse) -> NDArray[np.float64]:
+def _apart(fold: SelfContactResponse) -> NDArray[np.float64]:
     """Return how far apart (j,) along the undeformed surface touching parts lay, mm."""
     pair, points, touching = fold.pair, fold.points, fold.touching
     here = pair.arc_length(fold.before.edge[touching], fold.before.local[touching])

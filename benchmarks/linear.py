@@ -44,7 +44,7 @@ def main() -> None:
         system = model(name)
         state = pressed(system, 0.5, increments=15)
         balance = system.balance(state.displacement, state.placement, state, 0.01)
-        matrix = balance.matrix(False)
+        matrix = balance.tangent(False)
         right_hand_side = np.random.default_rng(1).normal(size=matrix.shape[0])
         for solver in (RefinedPardiso(), Pardiso(), SuperLu()):
             factor, solve = timed(solver, matrix, right_hand_side, repeats)

@@ -35,7 +35,7 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
-from fem2d.contact.self_contact import TissueContact
+from fem2d.contact.self_contact import SelfContact
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
 from fem2d.solvers.inertia import Inertia
@@ -227,7 +227,7 @@ def _system(
     if tooth is not None:
         pairs.append(RigidContact("tooth", outside, tooth, normal, FrictionLaw(0.0), moving=False))
     bone = ElasticTie("bone", surface(body.edges(bottom)), BONE_MPA_PER_MM, FADE_MM)
-    fold = TissueContact(
+    fold = SelfContact(
         "fold",
         (outside,),
         normal,

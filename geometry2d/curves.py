@@ -14,10 +14,12 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from geometry2d.foundation.errors import DrinksimError
+
 Array = NDArray[np.float64]
 
 
-class CurveError(ValueError):
+class CurveError(DrinksimError):
     """The curve asked for does not exist."""
 
 

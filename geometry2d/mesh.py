@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from geometry2d.curves import graded
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.regions import Section
 
 Array = NDArray[np.float64]
@@ -38,7 +39,7 @@ RELAXATION_STEPS = np.array(
 """Trial moves of a node, along and across the way to the middle of its neighbours."""
 
 
-class MeshError(ValueError):
+class MeshError(DrinksimError):
     """The mesh asked for cannot be made."""
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.outline import Outline, OutlineError
 
 Array = NDArray[np.float64]
@@ -24,7 +25,7 @@ PCO_1881 = "PCO 1881 as published in the BOSL2 library, scaled by 26/27.4"
 ESTIMATE = "estimate; the real neck's drawing is not public"
 
 
-class NeckError(ValueError):
+class NeckError(DrinksimError):
     """The measurements do not describe a neck."""
 
 

@@ -19,6 +19,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.compiled import compiled
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import rotated
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ SMOOTH_TURN_RAD = 1e-7
 """Two pieces that meet at a smaller angle than this form a smooth joint, not a corner."""
 
 
-class OutlineError(ValueError):
+class OutlineError(DrinksimError):
     """The curve asked for is not the boundary of a solid."""
 
 

@@ -14,13 +14,15 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
+
 Array = NDArray[np.float64]
 
 Loop = tuple[tuple[str, bool], ...]
 """Curve names in order, each with whether it is travelled forwards."""
 
 
-class SectionError(ValueError):
+class SectionError(DrinksimError):
     """The curves given do not bound the regions asked for."""
 
 

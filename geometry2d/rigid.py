@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
+from geometry2d.foundation.errors import DrinksimError
+
 Array = NDArray[np.float64]
 
 
-class RigidMotionError(ValueError):
+class RigidMotionError(DrinksimError):
     """A rigid motion was asked for that does not exist."""
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from geometry2d.foundation.errors import DrinksimError
 from mocap.formats.boundary import write_boundary_conditions
 from mocap.formats.c3d import write_c3d
 from mocap.formats.exchange import motion_table, read_positions, tracks_from
@@ -36,7 +37,7 @@ Progress = Callable[[str, int, int], None]
 MARK_OF_A_RESULT = "summary.json"
 
 
-class OutputError(ValueError):
+class OutputError(DrinksimError):
     """A folder that results cannot be written to."""
 
 

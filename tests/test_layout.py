@@ -1,37 +1,116 @@
-"""The rules of the layout: imports go one way, nothing leans on pickles or on evaluated text."""
+"""The rules of the house: imports go one way, nothing leans on pickles or on evaluated text."""
 
 import ast
+from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
+
 MAY_IMPORT = {
     "geometry2d": set(),
     "mocap": {"geometry2d"},
     "fem2d": {"geometry2d"},
     "scenarios": {"geometry2d", "mocap", "fem2d"},
+    "drinksim": {"geometry2d", "mocap", "fem2d", "scenarios"},
 }
+
+FLOORS = """
+geometry2d.foundation
+geometry2d
+geometry2d.anatomy
+geometry2d.drawings
+geometry2d.views
+mocap
+mocap.video
+mocap.tracking
+mocap.motion
+mocap.formats
+mocap.synthetic
+mocap.measurement
+mocap.views
+mocap.convert
+fem2d
+fem2d.threads
+fem2d.materials
+fem2d.body
+fem2d.contact
+fem2d.loads
+fem2d.solvers
+fem2d.analyses
+fem2d.export
+scenarios
+scenarios.settings
+scenarios.results
+scenarios.sip
+scenarios.views
+scenarios.views.page
+scenarios.studies
+scenarios.export
+scenarios.recordings
+scenarios.cli
+drinksim
+""".split()
+"""The rooms from the ground up: a module imports from its own room and from those above its line.
+
+A package's own name stands for the files that lie in it beside its rooms.
+"""
+
+MOST_MODULES = 20
+
 FILES = [path for package in MAY_IMPORT for path in sorted((ROOT / package).rglob("*.py"))]
+MODULES = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in FILES
+}
 
 
-def imported(path: Path) -> set[str]:
-    names = set()
+def imports(path: Path) -> Iterator[str]:
+    """Full names of what a file imports, modules and things in them alike."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            names |= {alias.name.split(".")[0] for alias in node.names}
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: write the package's name, not dots"
-            names.add(str(node.module).split(".")[0])
-    return names
+            yield str(node.module)
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def floor_of(module: str) -> int:
+    room = max((r for r in FLOORS if f"{module}.".startswith(f"{r}.")), key=len)
+    return FLOORS.index(room)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_imports_go_one_way(path):
     package = path.relative_to(ROOT).parts[0]
-    ours = imported(path) & MAY_IMPORT.keys() - {package}
-    assert ours <= MAY_IMPORT[package]
-    assert not imported(path) & {"pickle", "shelve", "marshal", "socket", "urllib", "requests"}
+    named = {name.split(".")[0] for name in imports(path)}
+    assert named & MAY_IMPORT.keys() - {package} <= MAY_IMPORT[package]
+    assert not named & {"pickle", "shelve", "marshal", "socket", "urllib", "requests"}
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_no_room_knows_a_room_above_it(module):
+    ours = {name for name in imports(MODULES[module]) if name in MODULES and name != module}
+    higher = {name for name in ours if floor_of(name) > floor_of(module)}
+    assert not higher
+
+
+def test_no_imports_run_in_circles():
+    arrows = {
+        module: {name for name in imports(path) if name in MODULES and name != module}
+        for module, path in MODULES.items()
+    }
+    assert len(list(TopologicalSorter(arrows).static_order())) == len(MODULES)
+
+
+def test_every_room_is_on_a_floor_and_holds_few_modules():
+    for folder in {path.parent for path in FILES}:
+        modules = list(folder.glob("*.py"))
+        assert len(modules) <= MOST_MODULES, folder
+        floor_of(".".join(folder.relative_to(ROOT).parts))
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())

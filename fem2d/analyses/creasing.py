@@ -31,6 +31,7 @@ from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.materials.material import Material
 from fem2d.solvers.static import Settled, equilibrium
+from geometry2d.foundation.errors import DrinksimError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -49,7 +50,7 @@ STRAIN_TOLERANCE = 1e-5
 ACTIVE_SET_LIMIT, SECANTS = 60, 20
 
 
-class CreasingError(ValueError):
+class CreasingError(DrinksimError):
     """The creasing strain of a material cannot be found."""
 
 

@@ -20,6 +20,7 @@ from fem2d.body.assembly import section_response, work_space
 from fem2d.body.kinematics import STRESS
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.material import Array, Material
+from geometry2d.foundation.errors import DrinksimError
 
 LONGEST_STEP = 0.02
 SEARCH_LIMIT = 3.0
@@ -28,7 +29,7 @@ REFINEMENTS = 4
 ROUNDING = 4 * float(np.finfo(float).eps)
 
 
-class HomogeneousError(ValueError):
+class HomogeneousError(DrinksimError):
     """A homogeneous test was asked for that makes no sense."""
 
 

@@ -26,6 +26,7 @@ from scipy.optimize import brentq, minimize_scalar
 from fem2d.body.assembly import section_response, work_space
 from fem2d.body.kinematics import Plane
 from fem2d.materials.material import Material
+from geometry2d.foundation.errors import DrinksimError
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ BANDS = 6
 SYMMETRY = 1e-9
 
 
-class StabilityError(ValueError):
+class StabilityError(DrinksimError):
     """A layered surface was described whose stability cannot be computed."""
 
 

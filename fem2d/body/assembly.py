@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from fem2d.body.kinematics import AXISYMMETRIC
 from fem2d.body.section_fibres import fibres_section
-from fem2d.body.section_principal import powers_section
+from fem2d.body.section_principal import principal_section
 from fem2d.materials.fibre_kernels import FIBRES, fibres_volume
 from fem2d.materials.material import Array
-from fem2d.materials.principal_kernels import powers_volume
+from fem2d.materials.principal_kernels import principal_volume
 from geometry2d.compiled import compiled
 
 Index = NDArray[np.int64]
@@ -20,41 +20,41 @@ Index32 = NDArray[np.int32]
 
 
 @compiled
-def work_space(row_length: int) -> tuple[Array, Array]:
+def work_space(packed_length: int) -> tuple[Array, Array]:
     """Return the ``block`` and ``scratch`` of :func:`section_response` for rows of this length."""
-    return np.empty((3, 3)), np.empty((max(6, row_length), 6))
+    return np.empty((3, 3)), np.empty((max(6, packed_length), 6))
 
 
 @compiled
 def section_response(
-    row: Array,
+    packed: Array,
     plane: int,
     x: Array,
     pressure: float,
     mixed: bool,
     order: int,
-    projected: bool,
+    psd: bool,
     P: Array,
     A: Array,
     block: Array,
     scratch: Array,
 ) -> tuple[float, bool]:
-    """Call the law that ``row`` describes; arguments as of its function."""
-    if row[0] == FIBRES:
-        return fibres_section(row, plane, x, pressure, mixed, order, projected, P, A, scratch)
-    return powers_section(row, plane, x, pressure, mixed, order, projected, P, A, block, scratch)
+    """Call the law that ``packed`` describes; arguments as of its function."""
+    if packed[0] == FIBRES:
+        return fibres_section(packed, plane, x, pressure, mixed, order, psd, P, A, scratch)
+    return principal_section(packed, plane, x, pressure, mixed, order, psd, P, A, block, scratch)
 
 
 @compiled
-def volume_response(row: Array, v: float) -> tuple[float, float, float]:
-    """Return U, dU/dJ, d²U/dJ² of the law that ``row`` describes at v = ln J."""
-    if row[0] == FIBRES:
-        return fibres_volume(row, v)
-    return powers_volume(row, math.expm1(v))
+def volume_response(packed: Array, v: float) -> tuple[float, float, float]:
+    """Return U, dU/dJ, d²U/dJ² of the law that ``packed`` describes at v = ln J."""
+    if packed[0] == FIBRES:
+        return fibres_volume(packed, v)
+    return principal_volume(packed, math.expm1(v))
 
 
 @compiled
-def section_entries(
+def section_components(
     u: Array,
     connectivity: Index,
     gradients: Array,
@@ -146,9 +146,9 @@ def assemble(
     plane: int,
     mixed: bool,
     order: int,
-    projected: bool,
+    psd: bool,
     first_slot: Index32,
-    row_length: Index,
+    packed_length: Index,
     first: int,
     last: int,
     force: Array,
@@ -168,10 +168,10 @@ def assemble(
         the points stand for (mm³), (e, q) distances from the axis (mm; unused unless axisymmetric).
     rows, row_of
         (m, k) material rows and (e,) which one each element has.
-    plane, mixed, order, projected
+    plane, mixed, order, psd
         The section assumption; whether volumetric energies are those of element means; 0 energy,
         1 also force, 2 also stiffness; whether point tangents are clamped.
-    first_slot, row_length
+    first_slot, packed_length
         (e, a, a) data position of each pair of nodes, (n,) entries in a row of a node.
     first, last
         Elements first … last − 1 are summed.
@@ -188,7 +188,7 @@ def assemble(
     dJ = np.empty(n)
     energy = 0.0
     for e in range(first, last):
-        row = rows[row_of[e]]
+        packed = rows[row_of[e]]
         nodes = connectivity[e]
         pressure = volume = second = 0.0
         if mixed:
@@ -198,7 +198,7 @@ def assemble(
             if not math.isfinite(v):
                 energy = math.inf
                 continue
-            volumetric, pressure, second = volume_response(row, v)
+            volumetric, pressure, second = volume_response(packed, v)
             energy += volume * volumetric
             dJ[:] = 0.0
         fe[:] = 0.0
@@ -208,7 +208,7 @@ def assemble(
             grads, shape = gradients[e, q], values[q]
             gradient_at(u, nodes, grads, shape, radius[e, q], plane, x)
             density, admissible = section_response(
-                row, plane, x, pressure, mixed, order, projected, P, A, block, scratch
+                packed, plane, x, pressure, mixed, order, psd, P, A, block, scratch
             )
             if not admissible:
                 break
@@ -237,13 +237,13 @@ def assemble(
             force[nodes[a], 1] += fe[2 * a + 1]
         if order == 1:
             continue
-        if mixed and not (projected and second < 0.0):
+        if mixed and not (psd and second < 0.0):
             for i in range(n):
                 scaled = second / volume * dJ[i]
                 for j in range(i, n):
                     ke[i, j] += scaled * dJ[j]
         for a in range(count):
-            length = row_length[nodes[a]]
+            length = packed_length[nodes[a]]
             for b in range(count):
                 slot = first_slot[e, a, b]
                 for i in range(2):

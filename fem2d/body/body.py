@@ -17,12 +17,13 @@ import numpy as np
 import skfem
 from numpy.typing import ArrayLike, NDArray
 
-from fem2d.body.assembly import assemble, section_entries, section_stresses
+from fem2d.body.assembly import assemble, section_components, section_stresses
 from fem2d.body.elements import Element, Tables, element_named
 from fem2d.body.kinematics import Plane
 from fem2d.body.sparse import SparsePattern
 from fem2d.materials.material import Material, MaterialError
 from fem2d.threads import second_thread
+from geometry2d.foundation.errors import DrinksimError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -32,7 +33,7 @@ SMALL_BODY = 500
 """Bodies of fewer elements are summed in one go: handing half to a second thread costs more."""
 
 
-class BodyError(ValueError):
+class BodyError(DrinksimError):
     """A body was described or questioned in a way that makes no sense."""
 
 
@@ -228,14 +229,14 @@ class Body:
             in_halves=False,
         )
 
-    def response(self, u: ArrayLike, *, projected: bool = False) -> Response:
+    def response(self, u: ArrayLike, *, psd: bool = False) -> Response:
         """Return energy, force and stiffness at displacements ``u`` (n, 2), mm.
 
-        A pure function. With ``projected`` the tangent of every integration point is clamped to
+        A pure function. With ``psd`` the tangent of every integration point is clamped to
         positive semi-definite, which makes any step downhill; the force stays exact. An
         inadmissible ``u`` gives infinite energy and finite arrays.
         """
-        return self._assembled(u, 2, projected)
+        return self._assembled(u, 2, psd)
 
     def energy_and_force(self, u: ArrayLike) -> Response:
         """Return energy and force at displacements ``u`` (n, 2), mm, without the stiffness."""
@@ -251,7 +252,7 @@ class Body:
         """
         displacement = self._displacement(u)
         entries = np.empty((*self.weights.shape, 5))
-        section_entries(
+        section_components(
             displacement,
             self.tables.connectivity,
             self.tables.gradients,
@@ -367,7 +368,7 @@ class Body:
             )
         return displacement
 
-    def _assembled(self, u: ArrayLike, order: int, projected: bool) -> Response:
+    def _assembled(self, u: ArrayLike, order: int, psd: bool) -> Response:
         displacement = self._displacement(u)
 
         def summed(first: int, last: int) -> Response:
@@ -385,7 +386,7 @@ class Body:
                 self.plane.value,
                 self.element.mean_dilatation,
                 order,
-                projected,
+                psd,
                 self._first_slot,
                 self.pattern.row_length,
                 first,

@@ -33,11 +33,13 @@ import skfem
 from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 
+from geometry2d.foundation.errors import DrinksimError
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-class ElementError(ValueError):
+class ElementError(DrinksimError):
     """An element was asked for that does not exist or does not fit the mesh."""
 
 

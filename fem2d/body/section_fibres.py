@@ -17,12 +17,12 @@ from geometry2d.compiled import compiled
 
 
 @compiled
-def fibres_thickness(row: Array, x: Array, determinant: float) -> tuple[float, bool]:
+def fibres_thickness(packed: Array, x: Array, determinant: float) -> tuple[float, bool]:
     """Return ln J for which P₃₃ = 0 at in-plane entries of ``x``, and whether it was found."""
     v = 0.0
     low, high, previous = -math.inf, math.inf, math.inf
     for _ in range(NEWTON_LIMIT):
-        residual, slope, size = fibres_traction(row, x, math.exp(v) / determinant, v)
+        residual, slope, size = fibres_traction(packed, x, math.exp(v) / determinant, v)
         if math.isnan(residual):
             return v, False
         if residual > 0.0:
@@ -43,18 +43,18 @@ def fibres_thickness(row: Array, x: Array, determinant: float) -> tuple[float, b
 
 @compiled
 def fibres_section(
-    row: Array,
+    packed: Array,
     plane: int,
     x: Array,
     pressure: float,
     mixed: bool,
     order: int,
-    projected: bool,
+    psd: bool,
     P: Array,
     A: Array,
     scratch: Array,
 ) -> tuple[float, bool]:
-    """Return ψ of a law with fibres; arguments as of ``powers_section``.
+    """Return ψ of a law with fibres; arguments as of ``principal_section``.
 
     With w the derivative of ψ by each form J^(−2/3) tr(F M Fᵀ), M_w = Σ w M, K_w = Σ w K,
     G = F^(−T) and c = J^(−2/3):  P = c (2 F M_w − ⅔ K_w G) + J U' G  and
@@ -66,7 +66,7 @@ def fibres_section(
         return math.inf, False
     f33 = x[4]
     if plane == STRESS:
-        v, found = fibres_thickness(row, x, determinant)
+        v, found = fibres_thickness(packed, x, determinant)
         if not found:
             return math.inf, False
         f33 = x[4] = math.exp(v) / determinant
@@ -74,25 +74,25 @@ def fibres_section(
         if not f33 > 0.0:
             return math.inf, False
         v = math.log(determinant * f33)
-    families = int(row[1])
-    C10, k1, k2 = row[2], row[4], row[5]
+    families = int(packed[1])
+    C10, k1, k2 = packed[2], packed[4], packed[5]
     shrink = math.exp(-2.0 * v / 3.0)
     squares = x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3] + f33 * f33
     energy = C10 * (shrink * squares - 3.0)
     K, m11, m12, m22, m33 = C10 * squares, C10, 0.0, C10, C10
     for family in range(families):
-        form, _ = quadratic_form(row, family, x, f33)
+        form, _ = quadratic_form(packed, family, x, f33)
         stored, first, _ = fibre_energy(k1, k2, shrink * form - 1.0)
         at = FIRST_FAMILY + 4 * family
         energy += stored
         K += first * form
-        m11 += first * row[at]
-        m12 += first * row[at + 1]
-        m22 += first * row[at + 2]
-        m33 += first * row[at + 3]
+        m11 += first * packed[at]
+        m12 += first * packed[at + 1]
+        m22 += first * packed[at + 2]
+        m33 += first * packed[at + 3]
     U1, U2 = pressure, 0.0
     if not mixed:
-        volumetric, U1, U2 = fibres_volume(row, v)
+        volumetric, U1, U2 = fibres_volume(packed, v)
         energy += volumetric
     if not math.isfinite(energy):
         return math.inf, False
@@ -133,12 +133,12 @@ def fibres_section(
         A[i + 1, i] += 2.0 * shrink * m12
         A[i + 1, i + 1] += 2.0 * shrink * m22
     for family in range(families):
-        form, _ = quadratic_form(row, family, x, f33)
+        form, _ = quadratic_form(packed, family, x, f33)
         _, _, second = fibre_energy(k1, k2, shrink * form - 1.0)
         if second == 0.0:
             continue
         at = FIRST_FAMILY + 4 * family
-        fibre_pull(x, f33, row[at], row[at + 1], row[at + 2], row[at + 3], dE)
+        fibre_pull(x, f33, packed[at], packed[at + 1], packed[at + 2], packed[at + 3], dE)
         for i in range(5):
             dE[i] = shrink * (2.0 * dE[i] - 2.0 / 3.0 * form * G[i])
         for i in range(5):
@@ -150,7 +150,7 @@ def fibres_section(
             ratio = A[i, 4] / A[4, 4]
             for j in range(4):
                 A[i, j] -= ratio * A[4, j]
-    if projected:
+    if psd:
         clamp(A, size, scratch)
     return energy, True
 

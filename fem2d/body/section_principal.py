@@ -32,30 +32,30 @@ from fem2d.body.kinematics import (
 )
 from fem2d.materials.material import Array
 from fem2d.materials.principal_kernels import (
-    powers_gap,
-    powers_in_plane,
-    powers_isochoric,
-    powers_volume,
+    principal_difference,
+    principal_in_plane,
+    principal_isochoric,
+    principal_volume,
 )
 from geometry2d.compiled import compiled
 
 
 @compiled
-def powers_thickness(row: Array, powers: Array) -> tuple[float, bool]:
-    """Return ln J for which τ₃ = 0, and whether it was found; see ``powers_in_plane``.
+def principal_thickness(packed: Array, powers: Array) -> tuple[float, bool]:
+    """Return ln J for which τ₃ = 0, and whether it was found; see ``principal_in_plane``.
 
     Halley's method from J = 1, so the result depends on e₁ and e₂ alone. The unknown is ln J and
     not ln λ₃, so the pressure keeps its digits however incompressible the material is. The third
     derivative of U is left out: one term of U has none.
     """
-    terms = int(row[1])
+    terms = int(packed[1])
     v = 0.0
     low, high, previous = -math.inf, math.inf, math.inf
     for _ in range(NEWTON_LIMIT):
         residual = slope = curvature = size = 0.0
         for k in range(terms):
-            alpha = row[3 + 3 * k]
-            scale = 2.0 * row[2 + 3 * k] / alpha
+            alpha = packed[3 + 3 * k]
+            scale = 2.0 * packed[2 + 3 * k] / alpha
             first, second = 1.0 + powers[k, 0], 1.0 + powers[k, 1]
             shrink = math.exp(-alpha * v / 3.0)
             across = scale / (first * second * shrink * shrink)
@@ -66,7 +66,7 @@ def powers_thickness(row: Array, powers: Array) -> tuple[float, bool]:
             size += alpha * (across + inside)
         w = math.expm1(v)
         J = 1.0 + w
-        _, first, second = powers_volume(row, w)
+        _, first, second = principal_volume(packed, w)
         residual += J * first
         slope += J * first + J * J * second
         curvature += J * first + 3.0 * J * J * second
@@ -91,14 +91,14 @@ def powers_thickness(row: Array, powers: Array) -> tuple[float, bool]:
 
 
 @compiled
-def powers_section(
-    row: Array,
+def principal_section(
+    packed: Array,
     plane: int,
     x: Array,
     pressure: float,
     mixed: bool,
     order: int,
-    projected: bool,
+    psd: bool,
     P: Array,
     A: Array,
     block: Array,
@@ -107,7 +107,7 @@ def powers_section(
     """Return ψ of a sum of powers at section entries ``x`` (5,), and whether x is admissible.
 
     ``order`` 0 computes the energy only, 1 also the stress ``P`` (5,), 2 also the tangent ``A``
-    (5, 5), clamped to positive semi-definite if ``projected``. In plane stress entry 5 of ``x`` is
+    (5, 5), clamped to positive semi-definite if ``psd``. In plane stress entry 5 of ``x`` is
     found and filled, and condensed out of ``A``. If ``mixed``, the volumetric energy is left to the
     caller (it belongs to the element, not to the point) and ``pressure`` is its derivative with
     respect to J. ``block`` (3, 3) and ``scratch`` (k, 6) are work space, with a row at least for
@@ -118,9 +118,9 @@ def powers_section(
         return math.inf, False
     e1, e2 = math.log(s1), math.log(s2)
     s3, e3 = 1.0, 0.0
-    powers_in_plane(row, e1, e2, scratch)
+    principal_in_plane(packed, e1, e2, scratch)
     if plane == STRESS:
-        v, found = powers_thickness(row, scratch)
+        v, found = principal_thickness(packed, scratch)
         if not found:
             return math.inf, False
         e3 = v - e1 - e2
@@ -131,12 +131,12 @@ def powers_section(
             return math.inf, False
         e3 = math.log(s3)
         v = e1 + e2 + e3
-    energy, t1, t2, t3, h1, h2, h3 = powers_isochoric(row, e3, v, scratch)
+    energy, t1, t2, t3, h1, h2, h3 = principal_isochoric(packed, e3, v, scratch)
     w = math.expm1(v)
     J = 1.0 + w
     first, second = pressure, 0.0
     if not mixed:
-        volumetric, first, second = powers_volume(row, w)
+        volumetric, first, second = principal_volume(packed, w)
         energy += volumetric
     if not math.isfinite(energy):
         return math.inf, False
@@ -147,7 +147,7 @@ def powers_section(
     tau1, tau2, tau3 = t1 - mean, t2 - mean, t3 - mean
     if plane == STRESS:
         tau3 = 0.0
-    gap = powers_gap(row, e1 - e2, s2, scratch)
+    gap = principal_difference(packed, e1 - e2, s2, scratch)
     twist = 0.5 * (tau1 + tau2 - gap * (s1 - s2) ** 2) / (s1 * s2)
     flip = 0.5 * (gap * (s1 + s2) ** 2 - tau1 - tau2) / (s1 * s2)
     # ψ_Q q/Q = 2 twist q with q = half of the sums, likewise for r; back to the entries of F.
@@ -179,7 +179,7 @@ def powers_section(
     block[0, 2] = block[2, 0] = c13 / (s1 * s3)
     block[1, 2] = block[2, 1] = c23 / (s2 * s3)
     block[2, 2] = (c33 - tau3) / (s3 * s3)
-    if projected:
+    if psd:
         clamp(block, size, scratch)
         twist, flip = max(twist, 0.0), max(flip, 0.0)
     section_tangent(x, block, twist, flip, size == 3, A)

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_matrix
 
+from geometry2d.foundation.errors import DrinksimError
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Index32 = NDArray[np.int32]
 
 
-class PatternError(ValueError):
+class PatternError(DrinksimError):
     """A matrix entry was asked for that the pattern does not have."""
 
 

@@ -7,11 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from geometry2d.foundation.errors import DrinksimError
+
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
-class SurfaceError(ValueError):
+class SurfaceError(DrinksimError):
     """A surface was asked for that cannot carry contact."""
 
 
@@ -61,7 +63,7 @@ class Surface:
     between_nodes
         With ``at_nodes``, how many further points lie between neighbouring nodes of an edge, evenly
         spread. They stop an edge that sinks over a corner of the outline and bear no pressure
-        where the nodes do (`NormalLaw.allowance_mm`).
+        where the nodes do (`NormalLaw.gap_offset_mm`).
     """
 
     edges: Index

@@ -9,9 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from geometry2d.compiled import compiled
+from geometry2d.foundation.errors import DrinksimError
 
 
-class ContactLawError(ValueError):
+class ContactLawError(DrinksimError):
     """A contact law was given a parameter that makes no sense."""
 
 
@@ -29,7 +30,7 @@ class NormalLaw:
         ε, MPa/mm.
     ramp_mm
         δ, mm: over this penetration the stiffness rises from nothing to ε.
-    allowance_mm
+    gap_offset_mm
         Penetration, mm, up to which a point between nodes bears nothing (`Surface.between_nodes`);
         from there on the law is the same.
     """
@@ -41,7 +42,7 @@ class NormalLaw:
         default=0.004,
         metadata={"unit": "mm", "help": "penetration over which the penalty sets in"},
     )
-    allowance_mm: float = field(
+    gap_offset_mm: float = field(
         default=0.0025,
         metadata={"unit": "mm", "help": "penetration between nodes that bears nothing"},
     )
@@ -52,9 +53,9 @@ class NormalLaw:
                 f"normal contact needs a positive stiffness and ramp, not "
                 f"{self.stiffness_mpa_per_mm} MPa/mm and {self.ramp_mm} mm"
             )
-        if not self.allowance_mm >= 0:
+        if not self.gap_offset_mm >= 0:
             raise ContactLawError(
-                f"normal contact allows {self.allowance_mm} mm between nodes: give 0 or more"
+                f"normal contact allows {self.gap_offset_mm} mm between nodes: give 0 or more"
             )
 
 

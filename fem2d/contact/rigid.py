@@ -76,7 +76,7 @@ class ContactPoints:
     """(m, q, 2) traction on the tissue, MPa per reference length."""
     slope: Array
     """(m, q, 2, 2) derivative of the traction with respect to the position, MPa/mm."""
-    safe_slope: Array
+    psd_slope: Array
     """(m, q, 2, 2) symmetric, negative semi-definite stand-in for it: the penalty along the normal
     and the sticking resistance along the tangent, without the turning of the normal."""
 
@@ -142,16 +142,16 @@ class RigidContact:
         return np.tile(self.surface.is_between, len(self.surface.edges))
 
     @cached_property
-    def _allowance(self) -> Array:
+    def _gap_offset(self) -> Array:
         """(m q,) penetration up to which each point bears nothing, mm."""
-        return np.where(self._is_between, self.normal.allowance_mm, 0.0)
+        return np.where(self._is_between, self.normal.gap_offset_mm, 0.0)
 
     def initial_history(self, displacement: Array, placement: RigidPlacement) -> ContactHistory:
         """Return the history of a surface on which no friction acts yet."""
         position = placement.pull_back(self.surface.positions(displacement))
         return ContactHistory(position, np.zeros(position.shape[:2]))
 
-    def reached(
+    def with_first_contact(
         self, history: ContactHistory, displacement: Array, placement: RigidPlacement
     ) -> ContactHistory:
         """Return the history for a step that is expected to lead to ``displacement`` (n, 2), mm.
@@ -169,7 +169,7 @@ class RigidContact:
             self.outline.centre,
             self.outline.breaks,
             self._box,
-            self._allowance,
+            self._gap_offset,
         )
         return replace(history, body_position=met.reshape(history.body_position.shape))
 
@@ -194,7 +194,7 @@ class RigidContact:
             self.normal.stiffness_mpa_per_mm,
             self.normal.ramp_mm,
             self._is_between,
-            self._allowance,
+            self._gap_offset,
             self.friction.coefficient,
             self.friction.stiffness_mpa_per_mm,
         )
@@ -221,9 +221,9 @@ class RigidContact:
             history=ContactHistory(body.reshape(*shape, 2), shear.reshape(shape)),
         )
 
-    def stiffness(self, response: ContactResponse, *, safe: bool = False) -> Array:
+    def stiffness(self, response: ContactResponse, *, psd: bool = False) -> Array:
         """Return the derivative (j, 2k, 2k) of ``response.force``, N/mm, or its safe stand-in."""
-        slope = response.points.safe_slope if safe else response.points.slope
+        slope = response.points.psd_slope if psd else response.points.slope
         return self.surface.assembled_stiffness(slope[response.edges], response.edges)
 
     def deepest(
@@ -268,7 +268,7 @@ class RigidContact:
 
         To first order, moving the rigid body by ``d`` while the tissue stands still is moving the
         tissue by ``−d`` relative to it, and turning the traction with the body; a Newton step needs
-        this to foresee where a sticking surface goes. ``response`` belongs to ``displacement`` and
+        this to predict where a sticking surface goes. ``response`` belongs to ``displacement`` and
         ``before``.
         """
         edges = response.edges
@@ -289,7 +289,7 @@ def _where_met(
     centre: Array,
     breaks: Array,
     box: Array,
-    allowance: Array,
+    gap_offset: Array,
 ) -> Array:
     """Return where points (n, 2) that go straight from ``before`` to ``after`` enter the outline.
 
@@ -301,10 +301,10 @@ def _where_met(
         end_x, end_y = after[i, 0], after[i, 1]
         if end_x < box[0] or end_x > box[2] or end_y < box[1] or end_y > box[3]:
             continue
-        end = project_point(end_x, end_y, start, curvature, centre, breaks)[0] + allowance[i]
+        end = project_point(end_x, end_y, start, curvature, centre, breaks)[0] + gap_offset[i]
         if end >= 0.0:
             continue
-        beginning = project_point(x, y, start, curvature, centre, breaks)[0] + allowance[i]
+        beginning = project_point(x, y, start, curvature, centre, breaks)[0] + gap_offset[i]
         if beginning <= 0.0:
             continue
         outside, gap_outside, inside, gap_inside = 0.0, beginning, 1.0, end
@@ -312,7 +312,7 @@ def _where_met(
             share = outside + (inside - outside) * gap_outside / (gap_outside - gap_inside)
             met[i, 0], met[i, 1] = x + share * (end_x - x), y + share * (end_y - y)
             gap = project_point(met[i, 0], met[i, 1], start, curvature, centre, breaks)[0]
-            gap += allowance[i]
+            gap += gap_offset[i]
             if gap > 0.0:
                 outside, gap_outside = share, gap
             else:
@@ -336,7 +336,7 @@ def _evaluate(
     normal_stiffness: float,
     ramp: float,
     is_between: NDArray[np.bool_],
-    allowance: Array,
+    gap_offset: Array,
     coefficient: float,
     tangential_stiffness: float,
 ) -> tuple[NDArray[Any], ...]:
@@ -387,7 +387,7 @@ def _evaluate(
         )
         gap[i] = g
         normal[i, 0], normal[i, 1] = nx, ny
-        psi, p, dp = pressure_of_gap(g + allowance[i], normal_stiffness, ramp)
+        psi, p, dp = pressure_of_gap(g + gap_offset[i], normal_stiffness, ramp)
         if p == 0.0:
             continue
         energy[i] = psi

@@ -39,6 +39,7 @@ from fem2d.body.surface import Surface, edge_shapes
 from fem2d.contact.laws import FrictionLaw, NormalLaw, pressure_of_gap, traction_of_slip
 from fem2d.contact.rigid import ENTRY_TRIALS
 from geometry2d.compiled import compiled
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidPlacement
 
 Array = NDArray[np.float64]
@@ -65,12 +66,12 @@ GROUP = 16
 """So many edges that follow one another have a common box, looked at before each one's own."""
 
 
-class TissueContactError(ValueError):
+class SelfContactError(DrinksimError):
     """Deformable surfaces were put together in a way that makes no sense."""
 
 
 @dataclass(frozen=True)
-class TissueHistory:
+class SelfContactHistory:
     """Integration points chosen at a committed instant, and what friction remembers of them.
 
     Attributes
@@ -101,7 +102,7 @@ class TissueHistory:
 
 
 @dataclass(frozen=True)
-class TissuePoints:
+class SelfContactPoints:
     """Everything known at the integration points, arrays (p,) unless stated.
 
     Pressure and shear are per reference length of the surface that carries the point.
@@ -123,7 +124,7 @@ class TissuePoints:
 
 
 @dataclass(frozen=True)
-class TissueResponse:
+class SelfContactResponse:
     """Contact forces of deformable surfaces at one trial state.
 
     Attributes
@@ -142,19 +143,19 @@ class TissueResponse:
     touching: Index
     dofs: Index
     force: Array
-    points: TissuePoints
-    pair: TissueContact = field(repr=False)
+    points: SelfContactPoints
+    pair: SelfContact = field(repr=False)
     displacement: Array = field(repr=False)
-    before: TissueHistory = field(repr=False)
+    before: SelfContactHistory = field(repr=False)
 
     @cached_property
-    def history(self) -> TissueHistory:
+    def history(self) -> SelfContactHistory:
         """Trial history: commit it by handing it to the next increment."""
         return self.pair.next_history(self)
 
 
 class _Sides(NamedTuple):
-    """What kernels know of a `TissueContact`, which has these under the same names."""
+    """What kernels know of a `SelfContact`, which has these under the same names."""
 
     edges: Index
     owner: Index
@@ -163,7 +164,7 @@ class _Sides(NamedTuple):
 
 
 @dataclass(frozen=True)
-class TissueContact:
+class SelfContact:
     """Deformable surfaces of one body (in however many pieces) that may touch.
 
     Parameters
@@ -200,18 +201,18 @@ class TissueContact:
 
     def __post_init__(self) -> None:
         if not self.reach_mm > 0:
-            raise TissueContactError(
+            raise SelfContactError(
                 f"contact {self.name!r}: reach_mm = {self.reach_mm} must be positive"
             )
         if len(self.surfaces) < 2 - self.itself:
-            raise TissueContactError(
+            raise SelfContactError(
                 f"contact {self.name!r} of one surface with nothing: give a second one, or set "
                 "itself=True"
             )
         first = self.surfaces[0]
         for surface in self.surfaces:
             if surface.nodes is not first.nodes or surface.edges.shape[1] != first.edges.shape[1]:
-                raise TissueContactError(
+                raise SelfContactError(
                     f"contact {self.name!r}: its surfaces belong to different bodies; mesh them "
                     "as pieces of one body"
                 )
@@ -228,17 +229,18 @@ class TissueContact:
     def _sides(self) -> _Sides:
         return _Sides(self.edges, self.owner, self.reach_mm, self.itself)
 
-    def initial_history(self, displacement: Array, placement: RigidPlacement) -> TissueHistory:
+    def initial_history(self, displacement: Array, placement: RigidPlacement) -> SelfContactHistory:
         """Return the points chosen at ``displacement`` (n, 2), mm; no friction acts yet."""
         return self._chosen_points(displacement, None)
 
-    def reached(
-        self, history: TissueHistory, displacement: Array, predicted: Array
-    ) -> TissueHistory:
+    def with_first_contact(
+        self, history: SelfContactHistory, displacement: Array, predicted: Array
+    ) -> SelfContactHistory:
         """Return the history for a step from ``displacement`` (n, 2), mm, towards ``predicted``.
 
         A point that meets another surface on its way starts to stick where it does, for the reasons
-        told in `RigidContact.reached`. All nodes are taken to go straight and at one pace.
+        told in `RigidContact.with_first_contact`. All nodes are taken to go straight and at one
+        pace.
         """
         after = self._deformed(predicted)
         before = self._deformed(displacement)
@@ -263,8 +265,8 @@ class TissueContact:
         return replace(history, anchor=anchor, anchor_local=anchor_local)
 
     def response(
-        self, displacement: Array, placement: RigidPlacement, before: TissueHistory
-    ) -> TissueResponse:
+        self, displacement: Array, placement: RigidPlacement, before: SelfContactHistory
+    ) -> SelfContactResponse:
         """Return forces and trial history at ``displacement`` (n, 2), mm."""
         deformed = self._deformed(displacement)
         normal, met, met_local, gap = _meetings(
@@ -284,18 +286,20 @@ class TissueContact:
             self.friction.coefficient,
             self.friction.stiffness_mpa_per_mm,
         )
-        points = TissuePoints(gap, met, met_local, normal, *laws[1:])
+        points = SelfContactPoints(gap, met, met_local, normal, *laws[1:])
         energy = float(laws[0] @ before.weight)
         touching = np.flatnonzero(points.pressure > 0)
         dofs, force = self._forces(points, before, touching)
-        return TissueResponse(energy, touching, dofs, force, points, self, displacement, before)
+        return SelfContactResponse(
+            energy, touching, dofs, force, points, self, displacement, before
+        )
 
-    def held_friction(self, response: TissueResponse) -> TissueResponse:
+    def held_friction(self, response: SelfContactResponse) -> SelfContactResponse:
         """Return the response with friction that slips held at its present value."""
         nothing = np.zeros_like(response.points.shear_by_pressure)
         return replace(response, points=replace(response.points, shear_by_pressure=nothing))
 
-    def stiffness(self, response: TissueResponse, *, safe: bool = False) -> Array:
+    def stiffness(self, response: SelfContactResponse, *, psd: bool = False) -> Array:
         """Return the derivative (j, 6k, 6k) of ``response.force``, N/mm, or a safe stand-in.
 
         The safe one is symmetric and negative semi-definite: the penalty along the normal and the
@@ -309,7 +313,7 @@ class TissueContact:
         across = np.einsum("jc,jcq->jq", n, carrying - meeting)
         along = np.einsum("jc,jcq->jq", t, carrying - meeting)
         by_gap, by_slip = points.pressure_slope[touching], points.shear_by_slip[touching]
-        if safe:
+        if psd:
             stand_in: Array = np.einsum("j,jp,jq->jpq", weight * by_gap, across, across)
             stand_in += np.einsum("j,jp,jq->jpq", weight * by_slip, along, along)
             return stand_in
@@ -345,12 +349,12 @@ class TissueContact:
         displacement: Array,
         before: RigidPlacement,
         after: RigidPlacement,
-        response: TissueResponse,
+        response: SelfContactResponse,
     ) -> Array:
         """Return zeros (j, 6k): no side of this contact is carried by the rigid body."""
         return np.zeros_like(response.force)
 
-    def next_history(self, response: TissueResponse) -> TissueHistory:
+    def next_history(self, response: SelfContactResponse) -> SelfContactHistory:
         """Return the points chosen at the response's displacement; they inherit the friction."""
         return self._chosen_points(response.displacement, response)
 
@@ -365,7 +369,7 @@ class TissueContact:
         return deformed
 
     def _forces(
-        self, points: TissuePoints, before: TissueHistory, touching: Index
+        self, points: SelfContactPoints, before: SelfContactHistory, touching: Index
     ) -> tuple[Index, Array]:
         """Return unknowns and forces (j, 6k), N, of the points that touch."""
         count = self.edges.shape[1]
@@ -384,7 +388,7 @@ class TissueContact:
         return (2 * nodes[:, :, None] + np.arange(2)).reshape(force.shape), force
 
     def _shapes(
-        self, points: TissuePoints, before: TissueHistory, touching: Index
+        self, points: SelfContactPoints, before: SelfContactHistory, touching: Index
     ) -> tuple[Array, Array, Array, Array, Array]:
         """Return linear maps (j, 2, 6k) from the three edges' nodes to what moves.
 
@@ -403,7 +407,9 @@ class TissueContact:
             maps.append(full.reshape(len(touching), 2, 6 * count))
         return maps[0], maps[1], maps[2], maps[3], maps[4]
 
-    def _chosen_points(self, displacement: Array, response: TissueResponse | None) -> TissueHistory:
+    def _chosen_points(
+        self, displacement: Array, response: SelfContactResponse | None
+    ) -> SelfContactHistory:
         deformed = self._deformed(displacement)
         edge, local, share = self._segmented(deformed)
         nodes = self.surfaces[0].nodes[self.edges[edge]]
@@ -419,9 +425,11 @@ class TissueContact:
         traction = np.zeros(len(edge))
         if response is not None:
             traction = self._inherited(response, edge, local, gap)
-        return TissueHistory(edge, local, weight, met, met_local, traction, deformed, deepest)
+        return SelfContactHistory(edge, local, weight, met, met_local, traction, deformed, deepest)
 
-    def _inherited(self, response: TissueResponse, edge: Index, local: Array, gap: Array) -> Array:
+    def _inherited(
+        self, response: SelfContactResponse, edge: Index, local: Array, gap: Array
+    ) -> Array:
         """Return tractions (p,) at new points: the share of the pressure is what is handed on."""
         points, before = response.points, response.before
         touching = response.touching

@@ -38,6 +38,7 @@ from fem2d.materials.material import Material
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
 from fem2d.solvers.model import System
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
 
@@ -55,7 +56,7 @@ CARD_WIDTH = 8
 """Most numbers in one line of material constants."""
 
 
-class DeckError(ValueError):
+class DeckError(DrinksimError):
     """The model holds something that no deck can say."""
 
 

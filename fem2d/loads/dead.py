@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.body.surface import Surface
+from geometry2d.foundation.errors import DrinksimError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
-class LoadError(ValueError):
+class LoadError(DrinksimError):
     """A load was described in a way that makes no sense."""
 
 

@@ -18,13 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.body.surface import Surface
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.outline import Outline
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
-class PressureError(ValueError):
+class PressureError(DrinksimError):
     """A pressure was described in a way that makes no sense."""
 
 

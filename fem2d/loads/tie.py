@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.body.surface import Surface
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidPlacement
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
-class TieError(ValueError):
+class TieError(DrinksimError):
     """A tie was given parameters that make no sense."""
 
 

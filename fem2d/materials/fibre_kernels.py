@@ -33,43 +33,43 @@ def fibre_energy(k1: float, k2: float, strain: float) -> tuple[float, float, flo
 
 
 @compiled
-def fibres_volume(row: Array, v: float) -> tuple[float, float, float]:
+def fibres_volume(packed: Array, v: float) -> tuple[float, float, float]:
     """Return U = ((J² − 1)/2 − ln J)/D, dU/dJ and d²U/dJ² at ``v = ln J``."""
-    inverse = row[3]
+    inverse = packed[3]
     energy = (0.5 * math.expm1(2.0 * v) - v) * inverse
     return energy, 2.0 * math.sinh(v) * inverse, (1.0 + math.exp(-2.0 * v)) * inverse
 
 
 @compiled
-def quadratic_form(row: Array, family: int, x: Array, f33: float) -> tuple[float, float]:
+def quadratic_form(packed: Array, family: int, x: Array, f33: float) -> tuple[float, float]:
     """Return K = tr(F M Fᵀ) of a family and the share M₃₃ F₃₃² of the third direction in it."""
     at = FIRST_FAMILY + 4 * family
-    m11, m12, m22 = row[at], row[at + 1], row[at + 2]
+    m11, m12, m22 = packed[at], packed[at + 1], packed[at + 2]
     inside = (
         m11 * (x[0] * x[0] + x[2] * x[2])
         + 2.0 * m12 * (x[0] * x[1] + x[2] * x[3])
         + m22 * (x[1] * x[1] + x[3] * x[3])
     )
-    across = row[at + 3] * f33 * f33
+    across = packed[at + 3] * f33 * f33
     return inside + across, across
 
 
 @compiled
-def fibres_traction(row: Array, x: Array, f33: float, v: float) -> tuple[float, float, float]:
+def fibres_traction(packed: Array, x: Array, f33: float, v: float) -> tuple[float, float, float]:
     """Return τ₃, dτ₃/de₃ and a measure of size for both, at thickness stretch ``f33``."""
     shrink = math.exp(-2.0 * v / 3.0)
     plane = x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]
     across = f33 * f33
-    residual = row[2] * shrink * (4.0 * across - 2.0 * plane) / 3.0
-    slope = row[2] * shrink * (16.0 * across + 4.0 * plane) / 9.0
-    size = row[2] * shrink * (plane + across)
-    for family in range(int(row[1])):
-        K, share = quadratic_form(row, family, x, f33)
-        _, first, second = fibre_energy(row[4], row[5], shrink * K - 1.0)
+    residual = packed[2] * shrink * (4.0 * across - 2.0 * plane) / 3.0
+    slope = packed[2] * shrink * (16.0 * across + 4.0 * plane) / 9.0
+    size = packed[2] * shrink * (plane + across)
+    for family in range(int(packed[1])):
+        K, share = quadratic_form(packed, family, x, f33)
+        _, first, second = fibre_energy(packed[4], packed[5], shrink * K - 1.0)
         turn = shrink * (2.0 * share - 2.0 / 3.0 * K)
         residual += first * turn
         slope += second * turn * turn + first * shrink * (4.0 / 3.0 * share + 4.0 / 9.0 * K)
         size += first * shrink * K
-    _, U1, U2 = fibres_volume(row, v)
+    _, U1, U2 = fibres_volume(packed, v)
     J = math.exp(v)
     return residual + J * U1, slope + J * U1 + J * J * U2, size

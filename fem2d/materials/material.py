@@ -9,10 +9,12 @@ from typing import Protocol, TypeVar, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from geometry2d.foundation.errors import DrinksimError
+
 Array = NDArray[np.float64]
 
 
-class MaterialError(ValueError):
+class MaterialError(DrinksimError):
     """A material was described that does not exist or cannot be computed with."""
 
 

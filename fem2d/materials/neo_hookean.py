@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem2d.materials.material import Array, MaterialError, compressibility
-from fem2d.materials.principal import PowerLaw
-from fem2d.materials.principal_kernels import POWERS
+from fem2d.materials.principal import PrincipalLaw
+from fem2d.materials.principal_kernels import PRINCIPAL
 
 
 @dataclass(frozen=True)
-class NeoHookean(PowerLaw):
+class NeoHookean(PrincipalLaw):
     """ψ = C₁₀ (Î₁ − 3) + (J − 1)²/D₁ with μ₀ = 2 C₁₀ and K₀ = 2/D₁.
 
     It is Ogden's law with the one term μ = 2 C₁₀, α = 2, and the kernels treat it as such.
@@ -61,4 +61,4 @@ class NeoHookean(PowerLaw):
 
     def packed(self) -> Array:
         """Return the row ``[0, 1, 2 C₁₀, 2, 1/D₁]`` read by the kernels."""
-        return np.array([POWERS, 1.0, 2 * self.C10_mpa, 2.0, 1 / self.D1_per_mpa])
+        return np.array([PRINCIPAL, 1.0, 2 * self.C10_mpa, 2.0, 1 / self.D1_per_mpa])

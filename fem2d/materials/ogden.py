@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fem2d.materials.material import Array, MaterialError, compressibility
-from fem2d.materials.principal import PowerLaw
-from fem2d.materials.principal_kernels import POWERS
+from fem2d.materials.principal import PrincipalLaw
+from fem2d.materials.principal_kernels import PRINCIPAL
 
 
 @dataclass(frozen=True)
-class Ogden(PowerLaw):
+class Ogden(PrincipalLaw):
     """ψ = Σ (2μ_i/α_i²)(λ̂₁^α_i + λ̂₂^α_i + λ̂₃^α_i − 3) + Σ (J − 1)^(2i)/D_i.
 
     The initial moduli are μ₀ = Σ μ_i and K₀ = 2/D₁. Ogden's own convention (1972) writes μ/α for
@@ -101,4 +101,4 @@ class Ogden(PowerLaw):
         inverse = [1 / d if d > 0 else 0.0 for d in self.D_per_mpa]
         inverse += [0.0] * (len(self.mu_mpa) - len(inverse))
         terms = np.column_stack([self.mu_mpa, self.alpha, inverse])
-        return np.concatenate([[POWERS, len(self.mu_mpa)], terms.ravel()])
+        return np.concatenate([[PRINCIPAL, len(self.mu_mpa)], terms.ravel()])

@@ -17,16 +17,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fem2d.materials.material import Array, checked_gradient
-from fem2d.materials.principal_kernels import powers_points
+from fem2d.materials.principal_kernels import principal_points
 
 
-def principal_response(row: Array, logs: Array) -> tuple[Array, Array, Array, Array]:
+def principal_response(packed: Array, logs: Array) -> tuple[Array, Array, Array, Array]:
     """Return ψ (...,), τ (..., 3), c (..., 3, 3), g (..., 3, 3) for log stretches (..., 3)."""
     flat = np.ascontiguousarray(logs.reshape(-1, 3))
     n = len(flat)
     energy, stress = np.empty(n), np.empty((n, 3))
     slope, gap = np.empty((n, 3, 3)), np.empty((n, 3, 3))
-    powers_points(row, flat, energy, stress, slope, gap)
+    principal_points(packed, flat, energy, stress, slope, gap)
     shape = logs.shape[:-1]
     return (
         energy.reshape(shape),
@@ -36,7 +36,7 @@ def principal_response(row: Array, logs: Array) -> tuple[Array, Array, Array, Ar
     )
 
 
-class PowerLaw:
+class PrincipalLaw:
     """Energy, stress and tangent of a law whose ``packed`` row is a sum of powers."""
 
     def packed(self) -> Array:
@@ -76,8 +76,8 @@ class PowerLaw:
 
     def volumetric(self, J: ArrayLike) -> tuple[Array, Array]:
         """Return U and dU/dJ (...,), MPa, at volume ratios J (...,)."""
-        row, excess = self.packed(), np.asarray(J, float) - 1
-        inverse = row[4::3]
+        packed, excess = self.packed(), np.asarray(J, float) - 1
+        inverse = packed[4::3]
         orders = 2 * np.arange(1, len(inverse) + 1)
         energy = np.sum(inverse * excess[..., None] ** orders, axis=-1)
         slope = np.sum(inverse * orders * excess[..., None] ** (orders - 1), axis=-1)

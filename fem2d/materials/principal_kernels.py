@@ -18,14 +18,14 @@ import numpy as np
 from fem2d.materials.material import Array
 from geometry2d.compiled import compiled
 
-POWERS = 0.0
+PRINCIPAL = 0.0
 
 
 @compiled
-def powers_in_plane(row: Array, e1: float, e2: float, powers: Array) -> None:
+def principal_in_plane(packed: Array, e1: float, e2: float, powers: Array) -> None:
     """Fill ``exp(α e) − 1`` of e₁, e₂ and e₁ − e₂ for each term into columns 0, 1, 3 (n, 5)."""
-    for k in range(int(row[1])):
-        alpha = row[3 + 3 * k]
+    for k in range(int(packed[1])):
+        alpha = packed[3 + 3 * k]
         second, apart = math.expm1(alpha * e2), math.expm1(alpha * (e1 - e2))
         powers[k, 0] = second + apart + second * apart
         powers[k, 1] = second
@@ -33,18 +33,18 @@ def powers_in_plane(row: Array, e1: float, e2: float, powers: Array) -> None:
 
 
 @compiled
-def powers_isochoric(
-    row: Array, e3: float, v: float, powers: Array
+def principal_isochoric(
+    packed: Array, e3: float, v: float, powers: Array
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Return ψ̂, t₁, t₂, t₃, h₁, h₂, h₃; ``powers`` come from :func:`powers_in_plane`.
+    """Return ψ̂, t₁, t₂, t₃, h₁, h₂, h₃; ``powers`` come from :func:`principal_in_plane`.
 
     Fills columns 2 and 4 of them, ``exp(α e) − 1`` of e₃ and −v/3. With x = exp(a) − 1 and
     z = exp(b) − 1 it is exp(a + b) − 1 = x + z + x z, so that small strains keep their digits.
     """
     energy = t1 = t2 = t3 = h1 = h2 = h3 = 0.0
-    for k in range(int(row[1])):
-        mu = row[2 + 3 * k]
-        alpha = row[3 + 3 * k]
+    for k in range(int(packed[1])):
+        mu = packed[2 + 3 * k]
+        alpha = packed[3 + 3 * k]
         x1, x2 = powers[k, 0], powers[k, 1]
         x3 = powers[k, 2] = math.expm1(alpha * e3)
         z = powers[k, 4] = math.expm1(-alpha * v / 3.0)
@@ -61,13 +61,13 @@ def powers_isochoric(
 
 
 @compiled
-def powers_volume(row: Array, w: float) -> tuple[float, float, float]:
+def principal_volume(packed: Array, w: float) -> tuple[float, float, float]:
     """Return U, dU/dJ and d²U/dJ² at ``w = J − 1``."""
     energy = first = second = 0.0
     power = 1.0
-    for k in range(int(row[1])):
+    for k in range(int(packed[1])):
         order = 2.0 * (k + 1)
-        inverse = row[4 + 3 * k]
+        inverse = packed[4 + 3 * k]
         energy += power * w * w * inverse
         first += order * power * w * inverse
         second += order * (order - 1.0) * power * inverse
@@ -76,38 +76,40 @@ def powers_volume(row: Array, w: float) -> tuple[float, float, float]:
 
 
 @compiled
-def powers_gap(row: Array, d: float, s2: float, powers: Array) -> float:
+def principal_difference(packed: Array, d: float, s2: float, powers: Array) -> float:
     """Return (τ₁ − τ₂)/(λ₁² − λ₂²), also for equal or nearly equal stretches.
 
     With d = e₁ − e₂ each term is ``(2μ/α) exp(α (e₂ − v/3)) (exp(α d) − 1)``, the divisor
     ``λ₂² (exp(2 d) − 1)``: both differences have full relative accuracy for every d ≠ 0, and their
     quotient the limit α/2 at d = 0: nothing is perturbed. ``powers`` are those that
-    :func:`powers_isochoric` has completed.
+    :func:`principal_isochoric` has completed.
     """
     total = 0.0
-    for k in range(int(row[1])):
-        apart = 0.5 * row[3 + 3 * k] if d == 0.0 else powers[k, 3]
-        scale = 2.0 * row[2 + 3 * k] / row[3 + 3 * k]
+    for k in range(int(packed[1])):
+        apart = 0.5 * packed[3 + 3 * k] if d == 0.0 else powers[k, 3]
+        scale = 2.0 * packed[2 + 3 * k] / packed[3 + 3 * k]
         total += scale * (1.0 + powers[k, 1]) * (1.0 + powers[k, 4]) * apart
     return total / (s2 * s2 * (1.0 if d == 0.0 else math.expm1(2.0 * d)))
 
 
 @compiled
-def powers_points(
-    row: Array, logs: Array, energy: Array, stress: Array, slope: Array, gap: Array
+def principal_points(
+    packed: Array, logs: Array, energy: Array, stress: Array, slope: Array, gap: Array
 ) -> None:
     """Fill ψ (n,), τ (n, 3), ∂τ/∂e and gap quotients (n, 3, 3) for log stretches (n, 3)."""
     t = np.empty(3)
     h = np.empty(3)
-    powers, of_pair = np.empty((int(row[1]), 5)), np.empty((int(row[1]), 5))
+    powers, of_pair = np.empty((int(packed[1]), 5)), np.empty((int(packed[1]), 5))
     for p in range(logs.shape[0]):
         v = logs[p, 0] + logs[p, 1] + logs[p, 2]
-        powers_in_plane(row, logs[p, 0], logs[p, 1], powers)
-        isochoric, t[0], t[1], t[2], h[0], h[1], h[2] = powers_isochoric(row, logs[p, 2], v, powers)
+        principal_in_plane(packed, logs[p, 0], logs[p, 1], powers)
+        isochoric, t[0], t[1], t[2], h[0], h[1], h[2] = principal_isochoric(
+            packed, logs[p, 2], v, powers
+        )
         of_pair[:, 4] = powers[:, 4]
         w = math.expm1(v)
         J = 1.0 + w
-        volumetric, first, second = powers_volume(row, w)
+        volumetric, first, second = principal_volume(packed, w)
         energy[p] = isochoric + volumetric
         mean_t = (t[0] + t[1] + t[2]) / 3.0
         sum_h = h[0] + h[1] + h[2]
@@ -115,7 +117,7 @@ def powers_points(
             stress[p, i] = t[i] - mean_t + J * first
             for j in range(3):
                 slope[p, i, j] = sum_h / 9.0 - (h[i] + h[j]) / 3.0 + J * first + J * J * second
-                powers_in_plane(row, logs[p, i], logs[p, j], of_pair)
+                principal_in_plane(packed, logs[p, i], logs[p, j], of_pair)
                 apart, stretch = logs[p, i] - logs[p, j], math.exp(logs[p, j])
-                gap[p, i, j] = powers_gap(row, apart, stretch, of_pair)
+                gap[p, i, j] = principal_difference(packed, apart, stretch, of_pair)
             slope[p, i, i] += h[i]

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fem2d.body.body import Response
 from fem2d.body.surface import Surface
-from fem2d.contact.self_contact import NONE, TissueContact, TissueHistory, TissueResponse
+from fem2d.contact.self_contact import NONE, SelfContact, SelfContactHistory, SelfContactResponse
 from fem2d.solvers.model import System
 from fem2d.solvers.state import State
 
@@ -29,7 +29,7 @@ ELSEWHERE = NONE
 
 
 @dataclass(frozen=True, eq=False)
-class FoldOfPart:
+class SelfContactOfComponent:
     """A contact of tissue with tissue as far as it lies on one piece.
 
     Attributes
@@ -43,15 +43,15 @@ class FoldOfPart:
     """
 
     whole: int
-    pair: TissueContact
+    pair: SelfContact
     number: Index
 
-    def history(self, whole: TissueHistory) -> TissueHistory:
+    def history(self, whole: SelfContactHistory) -> SelfContactHistory:
         """Return what the piece remembers of it; anchors on other pieces are forgotten."""
         edges = self.number != ELSEWHERE
         here = edges[whole.edge]
         anchored = whole.anchor[here]
-        return TissueHistory(
+        return SelfContactHistory(
             self.number[whole.edge[here]],
             whole.local[here],
             whole.weight[here],
@@ -64,7 +64,7 @@ class FoldOfPart:
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class Component:
     """A piece of a system's tissue as a system of its own.
 
     Attributes
@@ -86,7 +86,7 @@ class Part:
     system: System
     nodes: Index
     contacts: tuple[int, ...]
-    folds: tuple[FoldOfPart, ...]
+    folds: tuple[SelfContactOfComponent, ...]
     dofs: Index
     entries: Index
 
@@ -106,7 +106,7 @@ class Part:
         return Response(whole.energy, whole.force[self.dofs], whole.stiffness[self.entries])
 
 
-def parts_of(system: System) -> tuple[Part, ...]:
+def components_of(system: System) -> tuple[Component, ...]:
     """Return the pieces of a system, the largest first; none if it is of one piece.
 
     None either if a surface, tie or load spans several, or if a kind of system that knows other
@@ -114,7 +114,7 @@ def parts_of(system: System) -> tuple[Part, ...]:
     """
     if type(system) is not System:
         return ()
-    piece = piece_of_node(system)
+    piece = component_of_node(system)
     count = int(piece.max()) + 1
     surfaces = [
         *(pair.surface for pair in system.contacts),
@@ -128,14 +128,14 @@ def parts_of(system: System) -> tuple[Part, ...]:
     return tuple(_part(system, np.flatnonzero(piece == number)) for number in largest_first)
 
 
-def piece_of_node(system: System) -> Index:
+def component_of_node(system: System) -> Index:
     """Return the number (n,) of the piece that each node belongs to."""
     pattern = system.body.pattern
     _, label = connected_components(pattern.matrix(np.ones(pattern.nonzeros)), directed=False)
     return np.asarray(label[::2], np.intp)
 
 
-def touch_one_another(piece: Index, folded: Sequence[TissueResponse]) -> bool:
+def components_touch(piece: Index, folded: Sequence[SelfContactResponse]) -> bool:
     """Whether tissue of one piece touches that of another."""
     for response in folded:
         edges, before = response.pair.edges, response.before
@@ -146,7 +146,7 @@ def touch_one_another(piece: Index, folded: Sequence[TissueResponse]) -> bool:
     return False
 
 
-def put_together(parts: Sequence[Part], displacements: Sequence[Array], count: int) -> Array:
+def gather(parts: Sequence[Component], displacements: Sequence[Array], count: int) -> Array:
     """Return the displacements (count, 2) of the whole from those of its parts."""
     whole = np.empty((count, 2))
     for part, displacement in zip(parts, displacements, strict=True):
@@ -154,7 +154,7 @@ def put_together(parts: Sequence[Part], displacements: Sequence[Array], count: i
     return whole
 
 
-def _part(system: System, nodes: Index) -> Part:
+def _part(system: System, nodes: Index) -> Component:
     body = system.body.piece(nodes)
     number = np.full(len(system.body.nodes), ELSEWHERE)
     number[nodes] = np.arange(len(nodes))
@@ -171,7 +171,7 @@ def _part(system: System, nodes: Index) -> Part:
         if len(own) + fold.itself >= 2:
             on_piece = number[fold.edges[:, 0]] != ELSEWHERE
             edge = np.where(on_piece, np.cumsum(on_piece) - 1, ELSEWHERE)
-            folds.append(FoldOfPart(index, replace(fold, surfaces=own), edge))
+            folds.append(SelfContactOfComponent(index, replace(fold, surfaces=own), edge))
     dofs = (2 * nodes[:, None] + np.arange(2)).ravel()
     whole = system.body.pattern
     entries = np.concatenate([np.arange(whole.indptr[dof], whole.indptr[dof + 1]) for dof in dofs])
@@ -186,4 +186,4 @@ def _part(system: System, nodes: Index) -> Part:
         tuple(fold.pair for fold in folds),
         tuple(replace(d, surface=moved(d.surface)) for d in system.loads if here(d.surface)),
     )
-    return Part(alone, nodes, tuple(contacts), tuple(folds), dofs, entries)
+    return Component(alone, nodes, tuple(contacts), tuple(folds), dofs, entries)

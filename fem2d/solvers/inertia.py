@@ -17,11 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.solvers.state import State
+from geometry2d.foundation.errors import DrinksimError
 
 Array = NDArray[np.float64]
 
 
-class InertiaError(ValueError):
+class InertiaError(DrinksimError):
     """Time integration was given parameters that make no sense."""
 
 
@@ -77,7 +78,7 @@ class Inertia:
         return 0.5 - self.alpha
 
     @property
-    def knows_time(self) -> bool:
+    def is_dynamic(self) -> bool:
         """Whether anything resists motion; if not, every instant is at rest."""
         return self.density_tonne_per_mm3 > 0 or self.relaxation_s > 0
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.contact.rigid import ContactResponse
-from fem2d.contact.self_contact import TissueResponse
+from fem2d.contact.self_contact import SelfContactResponse
 from fem2d.solvers.linear import DirectSolver
 from fem2d.solvers.model import Energies, System, SystemBalance
 from fem2d.solvers.newton import NewtonResult, NewtonSettings
@@ -32,8 +32,8 @@ Array = NDArray[np.float64]
 TINY_MM = 1e-12
 """A way or an error shorter than this limits no step."""
 
-SURPRISE = 10.0
-"""An error of foresight of so many times what is aimed at is no mere bend in the path."""
+PREDICTOR_ERROR_LIMIT = 10.0
+"""An error of the predictor of so many times what is aimed at is no mere bend in the path."""
 
 SHRINKING = 0.6
 """A step whose forces balance is followed by one of at least this share of its length."""
@@ -59,14 +59,14 @@ class StepSettings:
         Most that the rigid body moves in one step past a point of the tissue that is near, mm;
         where the gap is wide, seven tenths of it.
     accuracy_mm
-        Largest difference between where the tissue was foreseen to go and where it goes that is
+        Largest difference between where the tissue was predicted to go and where it goes that is
         aimed at, mm. Friction depends on the path, and this tells how bent it is.
     snap_s
-        A longer step that errs by more than `SURPRISE` times that, as when a lip snaps off an edge,
-        is rejected, so that what happens in the snap is seen.
+        A longer step that errs by more than `PREDICTOR_ERROR_LIMIT` times that, as when a lip snaps
+        off an edge, is rejected, so that what happens in the snap is seen.
     easy_iterations, hard_iterations
         A step that needs no more (less) iterations than this is followed by a longer (shorter) one.
-    plunge_mm
+    penetration_growth_mm
         A trial in which the deepest penetration of a rigid body grows by more than this is rejected
         although its forces balance, mm: a lip that snaps can straddle a thin wall, whose two sides
         then hold it there. Far more than pressure adds in one step.
@@ -78,12 +78,12 @@ class StepSettings:
     shortest_s: float = field(default=1e-7, metadata={"unit": "s", "help": "shortest step"})
     travel_mm: float = field(default=0.3, metadata={"unit": "mm", "help": "motion per step"})
     accuracy_mm: float = field(
-        default=0.008, metadata={"unit": "mm", "help": "aim for errors of foresight"}
+        default=0.008, metadata={"unit": "mm", "help": "aim for errors of the predictor"}
     )
     snap_s: float = field(default=0.004, metadata={"unit": "s", "help": "resolve snaps to this"})
     easy_iterations: int = field(default=7, metadata={"help": "iterations of an easy step"})
     hard_iterations: int = field(default=14, metadata={"help": "iterations of a hard step"})
-    plunge_mm: float = field(
+    penetration_growth_mm: float = field(
         default=0.1, metadata={"unit": "mm", "help": "growth of penetration per step"}
     )
     watch_stability: bool = field(default=False, metadata={"help": "test every state"})
@@ -121,7 +121,7 @@ class Commit:
     duration_s: float
     energies: Energies
     instability: Instability | None = None
-    folds: tuple[TissueResponse, ...] = ()
+    folds: tuple[SelfContactResponse, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -189,8 +189,8 @@ def march(
                 )
                 trial, balance = stepper.attempt(state, duration, of_body)
                 iterations += trial.iterations
-                sound = trial.converged and not _plunged(touching, balance, steps)
-                if sound and not _surprising(trial, duration, steps):
+                sound = trial.converged and not _penetration_grew(touching, balance, steps)
+                if sound and not _predictor_failed(trial, duration, steps):
                     break
                 rejected += 1
                 proposed = 0.5 * duration
@@ -267,7 +267,7 @@ def committed(
     next_step_s: float,
 ) -> Commit:
     """Make a converged trial the new committed state."""
-    if system.inertia.knows_time:
+    if system.inertia.is_dynamic:
         velocity, acceleration = system.inertia.rates(before, trial.displacement, duration_s)
     else:
         velocity, acceleration = np.zeros_like(before.velocity), before.acceleration
@@ -312,16 +312,19 @@ def _travel_limit(
     return steps.longest_s * share
 
 
-def _plunged(
+def _penetration_grew(
     before: tuple[ContactResponse, ...], balance: SystemBalance, steps: StepSettings
 ) -> bool:
     """Whether tissue has gone into a rigid body farther than pressure can push it in one step."""
-    return _deepest(balance.touching) - _deepest(before) > steps.plunge_mm
+    return _deepest(balance.touching) - _deepest(before) > steps.penetration_growth_mm
 
 
-def _surprising(trial: NewtonResult, duration_s: float, steps: StepSettings) -> bool:
-    """Whether tissue has gone elsewhere than was foreseen, in a step too long to tell how."""
-    return duration_s > steps.snap_s and trial.correction_mm > SURPRISE * steps.accuracy_mm
+def _predictor_failed(trial: NewtonResult, duration_s: float, steps: StepSettings) -> bool:
+    """Whether tissue has gone elsewhere than was predicted, in a step too long to tell how."""
+    return (
+        duration_s > steps.snap_s
+        and trial.predictor_error_mm > PREDICTOR_ERROR_LIMIT * steps.accuracy_mm
+    )
 
 
 def _deepest(touching: tuple[ContactResponse, ...]) -> float:
@@ -335,5 +338,5 @@ def _growth(trial: NewtonResult, rejected: int, steps: StepSettings) -> float:
         usual = 0.8
     else:
         usual = 1.5 if trial.iterations <= steps.easy_iterations else 1.0
-    accurate = math.sqrt(steps.accuracy_mm / max(trial.correction_mm, TINY_MM))
+    accurate = math.sqrt(steps.accuracy_mm / max(trial.predictor_error_mm, TINY_MM))
     return max(SHRINKING, min(usual, accurate))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fem2d.body.body import Body, Response
 from fem2d.contact.rigid import ContactResponse, RigidContact
-from fem2d.contact.self_contact import TissueContact, TissueResponse
+from fem2d.contact.self_contact import SelfContact, SelfContactResponse
 from fem2d.loads.dead import DeadLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.solvers.inertia import Inertia
@@ -48,7 +48,7 @@ class SystemBalance(Balance):
 
     of_body: Response
     touching: tuple[ContactResponse, ...] = ()
-    folded: tuple[TissueResponse, ...] = ()
+    folded: tuple[SelfContactResponse, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class System:
     contacts: tuple[RigidContact, ...]
     ties: tuple[ElasticTie, ...]
     inertia: Inertia
-    folds: tuple[TissueContact, ...] = ()
+    folds: tuple[SelfContact, ...] = ()
     loads: tuple[DeadLoad, ...] = ()
     tie_stiffness: sp.csr_matrix = field(init=False, repr=False, compare=False)
     tie_only: sp.csr_matrix = field(init=False, repr=False, compare=False)
@@ -111,17 +111,19 @@ class System:
         folds = tuple(fold.initial_history(zero, UNMOVED) for fold in self.folds)
         return State(time_s, placement, zero, zero, zero, histories, next_step_s, folds)
 
-    def reached(self, before: State, displacement: Array, placement: RigidPlacement) -> State:
+    def with_first_contact(
+        self, before: State, displacement: Array, placement: RigidPlacement
+    ) -> State:
         """Return the state to start a step from that is expected to lead to ``displacement``.
 
         Its histories know where tissue that touches nothing yet meets what it touches on its way.
         """
         histories = tuple(
-            pair.reached(history, displacement, placement if pair.moving else UNMOVED)
+            pair.with_first_contact(history, displacement, placement if pair.moving else UNMOVED)
             for pair, history in zip(self.contacts, before.histories, strict=True)
         )
         folds = tuple(
-            fold.reached(history, before.displacement, displacement)
+            fold.with_first_contact(history, before.displacement, displacement)
             for fold, history in zip(self.folds, before.fold_histories, strict=True)
         )
         return replace(before, histories=histories, fold_histories=folds)
@@ -135,7 +137,7 @@ class System:
             for pair, history in zip(self.contacts, before.histories, strict=True)
         )
 
-    def fold_responses(self, displacement: Array, before: State) -> tuple[TissueResponse, ...]:
+    def fold_responses(self, displacement: Array, before: State) -> tuple[SelfContactResponse, ...]:
         """Return what each contact of the tissue with itself does at a trial displacement."""
         return tuple(
             fold.response(displacement, UNMOVED, history)
@@ -162,7 +164,7 @@ class System:
         response = of_body or self.body.response(displacement)
         if not np.isfinite(response.energy):
             nothing = np.full(displacement.size, np.inf)
-            return SystemBalance(nothing, 0.0, lambda safe: self.mass, response)
+            return SystemBalance(nothing, 0.0, lambda psd: self.mass, response)
         touching = self.contact_responses(displacement, placement, before)
         contact_force = np.zeros(displacement.size)
         for pair, touch in zip(self.contacts, touching, strict=True):
@@ -178,23 +180,23 @@ class System:
         load_force = self.load_force(before.time_s + duration_s)
         residual = response.force + tie_force - contact_force - load_force
         scale = max(float(np.max(np.abs(f))) for f in (contact_force, tie_force, load_force))
-        if self.inertia.knows_time:
+        if self.inertia.is_dynamic:
             pull, free = self.inertia.pull(before, duration_s)
             inertial = pull * (self.mass @ (displacement - free).ravel())
             velocity, _ = self.inertia.rates(before, displacement, duration_s)
             residual += inertial + self.viscosity @ velocity.ravel()
             scale = max(scale, float(np.max(np.abs(inertial))))
 
-        def matrix(safe: bool) -> sp.csr_matrix:
-            of_body = self.body.response(displacement, projected=True) if safe else response
+        def tangent(psd: bool) -> sp.csr_matrix:
+            of_body = self.body.response(displacement, psd=True) if psd else response
             stiffness = of_body.stiffness
-            if self.inertia.knows_time:
+            if self.inertia.is_dynamic:
                 stiffness = stiffness + self.inertia.resistance(
                     self.mass.data, self.viscosity.data, duration_s
                 )
-            return self._tangent(stiffness, touching, folded, safe=safe)
+            return self._tangent(stiffness, touching, folded, psd=psd)
 
-        return SystemBalance(residual, scale, matrix, response, touching, folded)
+        return SystemBalance(residual, scale, tangent, response, touching, folded)
 
     def load_force(self, time_s: float) -> Array:
         """Return the nodal forces (2n,) of the dead loads at a time, s, N."""
@@ -207,7 +209,7 @@ class System:
         self,
         of_body: Response,
         touching: tuple[ContactResponse, ...],
-        folded: tuple[TissueResponse, ...],
+        folded: tuple[SelfContactResponse, ...],
     ) -> sp.csr_matrix:
         """Return the tangent (2n, 2n), N/mm, that decides on stability where the parts answered so.
 
@@ -235,20 +237,20 @@ class System:
         self,
         of_body: Array,
         touching: tuple[ContactResponse, ...],
-        folded: tuple[TissueResponse, ...],
+        folded: tuple[SelfContactResponse, ...],
         *,
-        safe: bool = False,
+        psd: bool = False,
     ) -> sp.csr_matrix:
         pattern = self.body.pattern
         data = of_body + self.tie_stiffness.data
         for pair, touch in zip(self.contacts, touching, strict=True):
             if touch.edges.size:
-                blocks = pair.stiffness(touch, safe=safe)
+                blocks = pair.stiffness(touch, psd=psd)
                 np.subtract.at(data, pattern.slots(touch.dofs), blocks)
         matrix = pattern.matrix(data)
         for fold, touch_of_fold in zip(self.folds, folded, strict=True):
             if touch_of_fold.force.size:
-                blocks = fold.stiffness(touch_of_fold, safe=safe)
+                blocks = fold.stiffness(touch_of_fold, psd=psd)
                 matrix = _with_blocks(matrix, touch_of_fold.dofs, -blocks)
         return matrix
 

@@ -72,7 +72,7 @@ class Balance:
 
     residual: Array
     force_scale: float
-    matrix: Callable[[bool], sp.csr_matrix]
+    tangent: Callable[[bool], sp.csr_matrix]
 
 
 SomeBalance = TypeVar("SomeBalance", bound=Balance)
@@ -115,7 +115,7 @@ class NewtonResult:
         return len(self.norms) - 1
 
     @property
-    def correction_mm(self) -> float:
+    def predictor_error_mm(self) -> float:
         """Largest displacement of a node from where the solve began, mm."""
         return float(np.max(np.linalg.norm(self.displacement - self.start, axis=1)))
 
@@ -199,7 +199,7 @@ def _next_iterate(
     damped: bool,
 ) -> tuple[Array, SomeBalance] | None:
     """Return where one step leads, and the balance there; None if no place is admissible."""
-    solver.factorise(balance.matrix(False))
+    solver.factorise(balance.tangent(False))
     step = -solver.solve(balance.residual, residual=STEP_RESIDUAL)
     work = work_of(balance.residual, step)
     whole = displacement + step.reshape(displacement.shape)
@@ -208,7 +208,7 @@ def _next_iterate(
         return whole, there
     uphill = work >= 0
     if uphill:
-        solver.factorise(balance.matrix(True))
+        solver.factorise(balance.tangent(True))
         step = -solver.solve(balance.residual, residual=STEP_RESIDUAL)
         work = work_of(balance.residual, step)
     if damped:

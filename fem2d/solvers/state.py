@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.contact.rigid import ContactHistory
-from fem2d.contact.self_contact import TissueHistory
+from fem2d.contact.self_contact import SelfContactHistory
 from geometry2d.rigid import RigidPlacement
 
 Array = NDArray[np.float64]
@@ -41,4 +41,4 @@ class State:
     acceleration: Array
     histories: tuple[ContactHistory, ...]
     next_step_s: float
-    fold_histories: tuple[TissueHistory, ...] = ()
+    fold_histories: tuple[SelfContactHistory, ...] = ()

@@ -23,6 +23,7 @@ from fem2d.contact.rigid import ContactHistory, ContactResponse, RigidContact
 from fem2d.loads.pressure import FollowerPressure
 from fem2d.solvers.linear import DirectSolver, SingularMatrixError, fastest_solver
 from fem2d.solvers.newton import Balance, NewtonSettings, NewtonStatus, solve
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import UNMOVED, RigidPlacement
 
 Array = NDArray[np.float64]
@@ -36,7 +37,7 @@ SNAPPING = replace(NEWTON, iterations=40, patience=40)
 """For what touches nothing: it remembers no path, so it may snap, forces growing, in one step."""
 
 
-class StaticsError(ValueError):
+class StaticsError(DrinksimError):
     """A static problem was described in a way that makes no sense."""
 
 
@@ -190,12 +191,12 @@ class StaticSystem:
         residual = self._residual(displacement, load, before)
         if residual is None:
             nothing = np.full(displacement.size, np.inf)
-            return Balance(nothing, 0.0, lambda safe: self.body.pattern.matrix(nothing))
+            return Balance(nothing, 0.0, lambda psd: self.body.pattern.matrix(nothing))
         return Balance(
             np.where(self.free, residual.forces, 0.0),
             residual.scale,
-            lambda safe: self._eliminated(
-                self._stiffness(displacement, load, residual.touching, safe=safe)
+            lambda psd: self._eliminated(
+                self._stiffness(displacement, load, residual.touching, psd=psd)
             ),
         )
 
@@ -214,14 +215,14 @@ class StaticSystem:
                 np.add.at(change, touch.dofs, moved)
         stiffness = self._stiffness(here, before.load, before.contacts)
         change -= stiffness @ move
-        unforeseen: Array = here + move.reshape(-1, 2)
+        unpredicted: Array = here + move.reshape(-1, 2)
         try:
             solver.factorise(self._eliminated(stiffness))
             step = solver.solve(np.where(self.free, change, move))
         except SingularMatrixError:
-            return unforeseen
+            return unpredicted
         there: Array = here + step.reshape(-1, 2)
-        return there if np.isfinite(self.body.energy_and_force(there).energy) else unforeseen
+        return there if np.isfinite(self.body.energy_and_force(there).energy) else unpredicted
 
     def pressure_force(self, displacement: Array) -> Array:
         """Return the nodal forces (2n,) of a pressure of 1 MPa, N/MPa."""
@@ -265,14 +266,14 @@ class StaticSystem:
         load: Load,
         touching: tuple[ContactResponse, ...],
         *,
-        safe: bool = False,
+        psd: bool = False,
     ) -> sp.csr_matrix:
         pattern = self.body.pattern
-        data = self.body.response(displacement, projected=safe).stiffness
+        data = self.body.response(displacement, psd=psd).stiffness
         for pair, touch in zip(self.contacts, touching, strict=True):
             if touch.edges.size:
-                np.subtract.at(data, pattern.slots(touch.dofs), pair.stiffness(touch, safe=safe))
-        if load.pressure_mpa != 0 and not safe:
+                np.subtract.at(data, pattern.slots(touch.dofs), pair.stiffness(touch, psd=psd))
+        if load.pressure_mpa != 0 and not psd:
             for pressure in self.pressures:
                 blocks = load.pressure_mpa * pressure.unit_stiffness(displacement)
                 np.subtract.at(data, pattern.slots(pressure.dofs), blocks)

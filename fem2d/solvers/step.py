@@ -1,4 +1,4 @@
-"""One step: foresee where the tissue goes when the rigid body moves on, then balance the forces."""
+"""One step: predict where the tissue goes when the rigid body moves on, then balance the forces."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.body.body import Response
-from fem2d.solvers.components import Part, parts_of, piece_of_node, put_together, touch_one_another
+from fem2d.solvers.components import (
+    Component,
+    component_of_node,
+    components_of,
+    components_touch,
+    gather,
+)
 from fem2d.solvers.linear import DirectSolver, SingularMatrixError
 from fem2d.solvers.model import System, SystemBalance
 from fem2d.solvers.newton import NewtonResult, NewtonSettings, NewtonStatus, solve
@@ -19,9 +25,9 @@ from geometry2d.rigid import RigidMotion, RigidPlacement
 
 Array = NDArray[np.float64]
 
-FORESIGHT_RESIDUAL = 1e-9
-"""Less than Newton's steps may leave, for no later step mends it: where points are foreseen to meet
-a rigid body, they start to stick."""
+PREDICTOR_RESIDUAL = 1e-9
+"""Smaller than Newton's steps may leave, because no later step corrects it: points that the
+predictor brings to a rigid body start to stick where it says."""
 
 
 class Stepper:
@@ -46,8 +52,8 @@ class Stepper:
         self, system: System, motion: RigidMotion, solver: DirectSolver, newton: NewtonSettings
     ) -> None:
         self._system, self._motion, self._solver, self._newton = system, motion, solver, newton
-        self._piece = piece_of_node(system)
-        self._parts = [(part, solver.another()) for part in parts_of(system)]
+        self._piece = component_of_node(system)
+        self._parts = [(part, solver.another()) for part in components_of(system)]
 
     def attempt(
         self, state: State, duration_s: float, of_body: Response
@@ -57,12 +63,12 @@ class Stepper:
         ``of_body`` is the body's response in ``state``. If a part fails, that is what is returned.
         """
         system, motion, newton = self._system, self._motion, self._newton
-        if not self._parts or touch_one_another(
+        if not self._parts or components_touch(
             self._piece, system.fold_responses(state.displacement, state)
         ):
             return attempt(system, motion, state, duration_s, self._solver, newton, of_body)
 
-        def alone(part: Part, solver: DirectSolver) -> tuple[NewtonResult, SystemBalance]:
+        def alone(part: Component, solver: DirectSolver) -> tuple[NewtonResult, SystemBalance]:
             of_part = part.response(of_body)
             return attempt(
                 part.system, motion, part.state(state), duration_s, solver, newton, of_part
@@ -86,10 +92,10 @@ class Stepper:
         """Balance the forces of the whole from where its parts ended."""
         system, parts = self._system, [part for part, _ in self._parts]
         count = len(system.body.nodes)
-        foreseen = put_together(parts, [trial.start for trial in trials], count)
-        together = put_together(parts, [trial.displacement for trial in trials], count)
+        predicted = gather(parts, [trial.start for trial in trials], count)
+        together = gather(parts, [trial.displacement for trial in trials], count)
         placement = self._motion.at(state.time_s + duration_s)
-        before = system.reached(state, foreseen, placement)
+        before = system.with_first_contact(state, predicted, placement)
         whole, balance = solve(
             lambda u: system.balance(u, placement, before, duration_s),
             together,
@@ -98,7 +104,7 @@ class Stepper:
         )
         slowest = max(trials, key=lambda trial: trial.iterations)
         norms = (*slowest.norms[:-1], *whole.norms)
-        return replace(whole, start=foreseen, norms=norms), balance
+        return replace(whole, start=predicted, norms=norms), balance
 
 
 def attempt(
@@ -117,7 +123,7 @@ def attempt(
     placement = motion.at(state.time_s + duration_s)
 
     def solved(start: Array) -> tuple[NewtonResult, SystemBalance]:
-        before = system.reached(state, start, placement)
+        before = system.with_first_contact(state, start, placement)
         return solve(
             lambda u: system.balance(u, placement, before, duration_s),
             start,
@@ -149,8 +155,8 @@ def _predicted(
         of_body=of_body,
     )
     try:
-        solver.factorise(balance.matrix(False))
-        step = solver.solve(balance.residual, residual=FORESIGHT_RESIDUAL)
+        solver.factorise(balance.tangent(False))
+        step = solver.solve(balance.residual, residual=PREDICTOR_RESIDUAL)
     except SingularMatrixError:
         return state.displacement
     return state.displacement - step.reshape(state.displacement.shape)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import rotated
 
 Array = NDArray[np.float64]
@@ -31,7 +32,7 @@ NASION_DEPTH_MM = 3.0
 """How far the root of the nose lies behind the glabella."""
 
 
-class HeadError(ValueError):
+class HeadError(DrinksimError):
     """The measurements do not describe a head."""
 
 

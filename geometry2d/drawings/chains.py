@@ -14,6 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.outline import Outline, OutlineError
 
 Array = NDArray[np.float64]
@@ -33,7 +34,7 @@ DEEPEST = 14
 """A free curve is halved at most so often before a straight line takes its place (at a cusp)."""
 
 
-class SectionError(ValueError):
+class SectionError(DrinksimError):
     """A drawing or a surface cannot be read, or does not give closed curves."""
 
 

@@ -9,6 +9,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
+
 Array: TypeAlias = NDArray[np.float64]
 
 MM_PER = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
@@ -16,7 +18,7 @@ AXES = {"X": 0, "Y": 1, "Z": 2}
 MOST_BYTES = 500_000_000
 
 
-class ExchangeError(ValueError):
+class ExchangeError(DrinksimError):
     """A file of marker positions that cannot be used."""
 
 

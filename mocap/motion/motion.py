@@ -18,6 +18,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidMotion, rotated
 from mocap.motion.scale import BodyScale
 from mocap.motion.smooth import Smoothed, smoothed
@@ -50,7 +51,7 @@ RIGID_LEAST_MM = 0.3
 BRIDGED = 4.0
 
 
-class MotionError(ValueError):
+class MotionError(DrinksimError):
     """Tracks from which no motion can be had."""
 
 

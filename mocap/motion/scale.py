@@ -19,6 +19,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from mocap.motion.turning import Cause, Flattening, flattening
 from mocap.tracking.markers import Lens, MarkerFile, PlanePoints
 from mocap.tracking.tracks import Tracks
@@ -39,7 +40,7 @@ CLEAR_CHANGE = 8.0
 CORRELATED_FRAMES = 8
 
 
-class ScaleError(ValueError):
+class ScaleError(DrinksimError):
     """Marks from which no scale can be had."""
 
 

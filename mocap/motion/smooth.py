@@ -31,6 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cholesky_banded
 
 from geometry2d.compiled import compiled
+from geometry2d.foundation.errors import DrinksimError
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -42,7 +43,7 @@ WORSE = 4.0
 LEAST_SAMPLES = 8
 
 
-class SmoothingError(ValueError):
+class SmoothingError(DrinksimError):
     """A signal that cannot be smoothed."""
 
 

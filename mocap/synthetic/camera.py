@@ -12,13 +12,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from geometry2d.foundation.errors import DrinksimError
+
 Array = NDArray[np.float64]
 Image = NDArray[np.float32]
 Frame = NDArray[np.uint8]
 Colour = tuple[float, float, float]
 
 
-class SyntheticError(ValueError):
+class SyntheticError(DrinksimError):
     """A scene or camera was described that cannot be drawn."""
 
 

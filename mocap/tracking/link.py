@@ -18,6 +18,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from mocap.tracking.detect import Detection, detect, refit
 from mocap.tracking.refind import Lost, Shape, found_again, overlap
 from mocap.tracking.tracks import Tracks
@@ -50,7 +51,7 @@ LOOK_MEMORY = 0.05
 WIDEST_SEARCH = 0.22
 
 
-class TrackingError(ValueError):
+class TrackingError(DrinksimError):
     """Markers that cannot be found or followed."""
 
 

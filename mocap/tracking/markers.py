@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from geometry2d.foundation.errors import DrinksimError
+
 EXAMPLE = """\
 [scale]
 package = 14.0          # mm between the package's first two markers; required
@@ -69,7 +71,7 @@ DEFAULT_BODIES = {
 OPTIONAL_MARKERS = frozenset(DEFAULT_BODIES["jaw"])
 
 
-class MarkerFileError(ValueError):
+class MarkerFileError(DrinksimError):
     """A marker file that cannot be used."""
 
 

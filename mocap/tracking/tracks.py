@@ -12,13 +12,15 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
+
 Array: TypeAlias = NDArray[np.float64]
 
 COLUMNS = ("frame", "time_s", "marker", "x_px", "y_px", "sigma_px", "status")
 STATUSES = ("seen", "predicted", "lost", "fixed")
 
 
-class TracksError(ValueError):
+class TracksError(DrinksimError):
     """A table of tracks that cannot be used."""
 
 

@@ -16,6 +16,7 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from mocap.video.times import Timing, TimingMonitor
 
 Image: TypeAlias = NDArray[np.uint8]
@@ -24,7 +25,7 @@ Image: TypeAlias = NDArray[np.uint8]
 TRUNCATED_SHARE = 0.1
 
 
-class VideoError(ValueError):
+class VideoError(DrinksimError):
     """A video that cannot be used."""
 
 

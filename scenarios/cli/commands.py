@@ -18,10 +18,10 @@ from pathlib import Path
 from textwrap import indent
 from typing import Any, NoReturn, cast
 
+from geometry2d.foundation.output import directory_at_once
+from geometry2d.foundation.progress import Progress, progress_line
 from mocap.convert import ConvertOptions
 from mocap.tracking.markers import EXAMPLE
-from scenarios.results.output import directory_at_once
-from scenarios.results.progress import Progress, progress_line
 from scenarios.results.solution import ELEMENT_FIELDS
 from scenarios.settings.scenario import (
     Recording,

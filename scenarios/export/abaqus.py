@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from fem2d.export.deck import abaqus_deck
-from scenarios.results.output import file_at_once
+from geometry2d.foundation.output import file_at_once
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import read_scenario
 from scenarios.sip.replay import prepared

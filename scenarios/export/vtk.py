@@ -16,9 +16,9 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.output import directory_at_once
+from geometry2d.foundation.progress import Progress
 from geometry2d.rigid import RigidPlacement
-from scenarios.results.output import directory_at_once
-from scenarios.results.progress import Progress
 from scenarios.results.solution import IN_NECK_FRAME, Frame, Model, Solution
 
 Arrays = Mapping[str, NDArray[Any]]

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidMotion
 
 Array = NDArray[np.float64]
 
 
-class ChoreographyError(ValueError):
+class ChoreographyError(DrinksimError):
     """A scripted motion cannot be carried out."""
 
 

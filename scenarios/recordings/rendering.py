@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.anatomy.head import HeadMeasurements, HeadSection, head_section
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.neck import NECKS, NeckSection, neck_section
 from geometry2d.rigid import RigidMotion, rotated
 from mocap.synthetic.rendering import (
@@ -60,7 +61,7 @@ Array = NDArray[np.float64]
 RIM_MM = 1.0
 
 
-class RenderingError(ValueError):
+class RenderingError(DrinksimError):
     """A recording was asked for that has no script."""
 
 

@@ -17,6 +17,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidPlacement
 from scenarios.settings.tables import nearest
 
@@ -28,7 +29,7 @@ IN_NECK_FRAME = ("upper_wall", "lower_wall", "package")
 """The outlines of a model that move with the neck."""
 
 
-class SolutionError(ValueError):
+class SolutionError(DrinksimError):
     """A run directory does not hold what is asked of it."""
 
 

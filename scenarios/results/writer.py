@@ -23,13 +23,13 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry2d.rigid import RigidPlacement
-from scenarios.results.output import (
+from geometry2d.foundation.output import (
     check_replaceable,
     file_at_once,
     partial_directory,
     put_in_place,
 )
+from geometry2d.rigid import RigidPlacement
 from scenarios.results.solution import (
     CONTACT_FIELDS,
     ELEMENT_FIELDS,

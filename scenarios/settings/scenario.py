@@ -19,6 +19,7 @@ from geometry2d.anatomy.anthropometry import HeadMeasurements
 from geometry2d.anatomy.head import HeadSection, head_section
 from geometry2d.drawings.drawn_head import drawn_head
 from geometry2d.drawings.section import drawn_neck
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.neck import NECKS, NeckMeasurements, NeckSection, neck_section
 from scenarios.settings.tables import (
     SettingError,
@@ -38,7 +39,7 @@ LIBRARY = Path(str(files("scenarios") / "library"))
 """Folder of the built-in scenarios, one folder each."""
 
 
-class ScenarioError(ValueError):
+class ScenarioError(DrinksimError):
     """A scenario cannot be found or read, or contradicts itself."""
 
 

@@ -17,11 +17,13 @@ import typing
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, TypeVar
 
+from geometry2d.foundation.errors import DrinksimError
+
 Table = TypeVar("Table")
 Value = object
 
 
-class SettingError(ValueError):
+class SettingError(DrinksimError):
     """A setting is unknown, of the wrong kind or out of its range."""
 
 

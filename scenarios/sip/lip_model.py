@@ -13,7 +13,7 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
-from fem2d.contact.self_contact import TissueContact
+from fem2d.contact.self_contact import SelfContact
 from fem2d.loads.dead import Amplitude, DeadLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
@@ -199,7 +199,7 @@ class Lips:
             for lip in self.present
             for part in ("bone", "cut")
         )
-        lips = TissueContact(
+        lips = SelfContact(
             "lip on lip",
             tuple(self.free_surface(lip, at_nodes=False) for lip in self.present),
             normal,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fem2d.contact.rigid import ContactHistory, ContactResponse, RigidContact
-from fem2d.contact.self_contact import TissueHistory
+from fem2d.contact.self_contact import SelfContactHistory
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import Commit, MarchStatus, StepSettings, march
 from fem2d.solvers.model import System
@@ -153,10 +153,10 @@ def replay(
         on_model(lips.model(ready.placed.head_angle_rad))
     else:
         state = _restored(resume_from, len(system.contacts), len(system.folds))
-    diary = _Diary(lips, start_s, end_s, ready.placed.head_angle_rad, resume_from)
+    recorder = _Recorder(lips, start_s, end_s, ready.placed.head_angle_rad, resume_from)
 
     def commit(done: Commit) -> None:
-        increment = diary.increment(done)
+        increment = recorder.increment(done)
         on_increment(increment)
         progress(increment.relative_time, "following the neck")
 
@@ -181,8 +181,8 @@ def replay(
     sentence += f"; {ready.placed.sentence()}"
     if ready.drawn is not None:
         sentence += f"; {ready.drawn.sentence()}"
-    about = diary.about()
-    sentence += diary.unstable_in_words()
+    about = recorder.about()
+    sentence += recorder.unstable_in_words()
     sentence += crushed_in_words(about["largest_penetration_neck_mm"])
     if finished and not _neighbourhood(system)(motion.at(end_s)):
         sentence += hooked_in_words(_touching(system, result.state))
@@ -210,7 +210,7 @@ def hooked_in_words(touching: tuple[str, ...]) -> str:
     )
 
 
-class _Diary:
+class _Recorder:
     """Turns commits into increments and remembers the extremes for the summary.
 
     What is computed in the frame of the head section is told in the head frame of the recording.
@@ -518,7 +518,9 @@ def _restored(increment: Increment, pairs: int, folds: int) -> State:
         ),
         float(kept["next_step_s"]),
         tuple(
-            TissueHistory(**{f.name: kept[f"fold_{n}_{f.name}"] for f in fields(TissueHistory)})
+            SelfContactHistory(
+                **{f.name: kept[f"fold_{n}_{f.name}"] for f in fields(SelfContactHistory)}
+            )
             for n in range(folds)
         ),
     )

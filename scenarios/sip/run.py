@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from geometry2d.foundation.output import check_replaceable
+from geometry2d.foundation.progress import Progress
 from mocap.convert import convert
-from scenarios.results.output import check_replaceable
-from scenarios.results.progress import Progress
 from scenarios.results.solution import Increment, peaks_in_words
 from scenarios.results.writer import SolutionWriter
 from scenarios.settings.scenario import (

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from fem2d.materials.library import configuration_cards
 from fem2d.materials.material import Material
 from fem2d.solvers.static import Load, Settled, advance, eigenvalue_nearest_zero
-from scenarios.results.output import directory_at_once
-from scenarios.results.progress import Progress
+from geometry2d.foundation.output import directory_at_once
+from geometry2d.foundation.progress import Progress
 from scenarios.settings.tables import setting
 from scenarios.studies.suction import MPA_PER_KPA, SuctionModel, SuctionOptions
 
@@ -143,7 +143,7 @@ def aspirated(
     rest = model.system.undeformed()
     found = [rest]
     loss = None
-    for settled in model.sucked_to(wanted, start=rest):
+    for settled in model.solve_at_suctions(wanted, start=rest):
         if not settled.found:
             loss = _loss(model, found[-1])
             break

@@ -29,8 +29,9 @@ from scipy.special import stdtrit
 from fem2d.materials.library import MaterialCard, configuration_cards, material_from
 from fem2d.materials.material import Material
 from fem2d.solvers.static import Settled, settle
-from scenarios.results.output import check_replaceable, partial_directory, put_in_place
-from scenarios.results.progress import Progress
+from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.output import check_replaceable, partial_directory, put_in_place
+from geometry2d.foundation.progress import Progress
 from scenarios.settings.tables import setting
 from scenarios.studies.aspiration import write_summary, write_table
 from scenarios.studies.suction import MPA_PER_KPA, SuctionModel, SuctionOptions
@@ -47,7 +48,7 @@ EVALUATIONS = "evaluations.jsonl"
 REQUEST = "request.json"
 
 
-class CalibrationError(ValueError):
+class CalibrationError(DrinksimError):
     """A calibration was asked for that cannot be done."""
 
 
@@ -261,7 +262,7 @@ class SuctionCurve:
                     break
             else:
                 return found
-        marched = list(model.sucked_to(self.suction_kpa))
+        marched = list(model.solve_at_suctions(self.suction_kpa))
         if not marched[-1].found:
             raise CalibrationStopped(
                 f"no equilibrium at {-marched[-1].load.pressure_mpa / MPA_PER_KPA:.2f} kPa with "

@@ -23,7 +23,8 @@ from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.library import material_card, material_named
 from fem2d.materials.material import Material, poisson_ratio
 from fem2d.materials.ogden import Ogden
-from scenarios.results.output import directory_at_once
+from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.output import directory_at_once
 from scenarios.settings.tables import setting
 from scenarios.studies.element_types import element_type_rows
 
@@ -44,7 +45,7 @@ FILE_CHARACTERS = {
 }
 
 
-class ElementStudyError(ValueError):
+class ElementStudyError(DrinksimError):
     """A single-element study was asked for that makes no sense."""
 
 

@@ -32,11 +32,12 @@ from fem2d.materials.library import configuration_cards
 from fem2d.materials.material import Material
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.static import Load, Settled, StaticSystem, advance, settle
+from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.output import directory_at_once
+from geometry2d.foundation.progress import Progress
 from geometry2d.mesh import polygon_mesh
 from geometry2d.neck import NECKS, NeckSection, neck_section
 from geometry2d.rigid import RigidPlacement
-from scenarios.results.output import directory_at_once
-from scenarios.results.progress import Progress
 from scenarios.settings.tables import nearest, setting
 from scenarios.studies.aspiration import write_summary, write_table
 
@@ -51,7 +52,7 @@ FLOOR = 0.1
 """The floor of a root: within this share of the thread's depth of the root's diameter."""
 
 
-class PressError(ValueError):
+class PressError(DrinksimError):
     """A press was described that cannot be done."""
 
 

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from fem2d.materials.library import MaterialCard, configuration_cards
 from fem2d.materials.material import Material
-from scenarios.results.output import directory_at_once
-from scenarios.results.progress import Progress
+from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.output import directory_at_once
+from geometry2d.foundation.progress import Progress
 from scenarios.settings.tables import table_from
 from scenarios.studies.aspiration import (
     Aspiration,
@@ -48,7 +49,7 @@ STRESS_ERROR = 0.05
 """The thesis' demands on its mesh."""
 
 
-class SensitivityError(ValueError):
+class SensitivityError(DrinksimError):
     """A sensitivity was asked for that does not exist."""
 
 

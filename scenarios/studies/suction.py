@@ -29,6 +29,7 @@ from fem2d.materials.material import Material
 from fem2d.solvers.linear import DirectSolver, fastest_solver
 from fem2d.solvers.static import Load, Reach, Settled, StaticSystem, advance, settle
 from geometry2d.curves import graded
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.outline import Outline
 from scenarios.settings.tables import setting
 
@@ -41,7 +42,7 @@ ASSUMED = "assumed: the thesis' size is lost with its figure"
 ELEMENT_CHOICES = ("Q8R", "Q8", "Q8M", "Q8RM", "Q4", "Q4M", "Q4R", "T6", "T6M", "T3")
 
 
-class SuctionError(ValueError):
+class SuctionError(DrinksimError):
     """A suction test was described that cannot be done."""
 
 
@@ -271,7 +272,7 @@ class SuctionModel:
         """The solver that this model's matrices go through, analysed once."""
         return fastest_solver()
 
-    def sucked_to(
+    def solve_at_suctions(
         self, suction_kpa: Iterable[float], *, start: Settled | None = None
     ) -> Iterator[Settled]:
         """Yield the equilibrium at each suction, kPa; ends early with one not found.

@@ -13,13 +13,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image as Pillow
 
+from geometry2d.foundation.output import check_writable, file_at_once
+from geometry2d.foundation.progress import Progress
 from mocap.synthetic.rendering import write_recording
-from scenarios.results.output import check_writable, file_at_once
-from scenarios.results.progress import Progress
 from scenarios.results.solution import Solution
 from scenarios.views.filmed import Image
 from scenarios.views.panels import HistoryStrip, ModelPanel, RecordingPanel, colour_bars
-from scenarios.views.run_view import Story, StoryError
+from scenarios.views.run_view import RunView, RunViewError
 from scenarios.views.scene import INK, PAPER, QUIET
 
 Array = NDArray[np.float64]
@@ -58,24 +58,24 @@ def animate(
         One of the packages' own kinds, if the run lacks what is to be shown or the ending is
         not one of the three.
     """
-    writers: dict[str, Callable[[Story, Path, Progress], None]] = {
+    writers: dict[str, Callable[[RunView, Path, Progress], None]] = {
         ".mp4": _write_mp4,
         ".gif": _write_gif,
         ".png": _write_sheet,
     }
     ending = out.suffix.lower()
     if ending not in writers:
-        raise StoryError(f"--out {out} must end in one of {', '.join(writers)}")
+        raise RunViewError(f"--out {out} must end in one of {', '.join(writers)}")
     check_writable(out)
-    story = Story.of(run, field=field, beside_video=beside_video)
+    run_view = RunView.of(run, field=field, beside_video=beside_video)
     with file_at_once(out) as partial:
-        writers[ending](story, partial, progress)
+        writers[ending](run_view, partial, progress)
 
 
-def film_frames(story: Story, times_s: Array, progress: Progress) -> Iterator[Image]:
+def film_frames(run_view: RunView, times_s: Array, progress: Progress) -> Iterator[Image]:
     """Yield the pictures (720, 1280, 3), RGB, of a film at increasing times (k,), s."""
-    stage = _Stage(story)
-    for done, (time, picture) in enumerate(zip(times_s, story.pictures(times_s), strict=True)):
+    stage = _Stage(run_view)
+    for done, (time, picture) in enumerate(zip(times_s, run_view.pictures(times_s), strict=True)):
         progress(done / times_s.size, f"frame {done + 1} of {times_s.size}")
         yield stage.drawn(float(time), picture)
 
@@ -83,34 +83,34 @@ def film_frames(story: Story, times_s: Array, progress: Progress) -> Iterator[Im
 class _Stage:
     """The film's canvas: what stands still is drawn once, what moves is drawn on a copy of that."""
 
-    def __init__(self, story: Story) -> None:
-        self._story = story
+    def __init__(self, run_view: RunView) -> None:
+        self._run_view = run_view
         figure = Figure(figsize=(WIDTH / DPI, HEIGHT / DPI), dpi=DPI, facecolor=PAPER)
         # matplotlib's canvas has no annotations.
         self._figure, self._canvas = figure, cast(Any, FigureCanvasAgg(figure))
-        beside = story.recording is not None
+        beside = run_view.recording is not None
         gap, top, height = 16, 52, 462
         width = (WIDTH - 3 * gap) // 2 if beside else WIDTH - 2 * gap
-        self._model = ModelPanel(figure, (WIDTH - gap - width, top, width, height), story)
+        self._model = ModelPanel(figure, (WIDTH - gap - width, top, width, height), run_view)
         self._recording = (
-            RecordingPanel(figure, (gap, top, width, height), story, aspect=width / height)
+            RecordingPanel(figure, (gap, top, width, height), run_view, aspect=width / height)
             if beside
             else None
         )
-        _heading(figure, story, gap)
+        _heading(figure, run_view, gap)
         self._clock = figure.text(
             1 - gap / WIDTH, 1 - 34 / HEIGHT, "", size=15, ha="right", color=INK
         )
-        self._strip = HistoryStrip(figure, (78, 544, 760, 126), story.solution, size=11)
+        self._strip = HistoryStrip(figure, (78, 544, 760, 126), run_view.solution, size=11)
         bars = ((900, 562, 330, 12), (900, 640, 330, 12))
-        colour_bars(figure, self._model.scene, story, bars, size=11)
+        colour_bars(figure, self._model.scene, run_view, bars, size=11)
         moving = [*self._model.artists, *self._strip.artists, self._clock]
         if self._recording is not None:
             moving += self._recording.artists
         self._moving: list[Artist] = moving
         for artist in moving:
             artist.set_animated(True)
-        self._show(float(story.solution.time_s[0]), None)
+        self._show(float(run_view.solution.time_s[0]), None)
         self._canvas.draw()
         self._still = self._canvas.copy_from_bbox(figure.bbox)
 
@@ -123,8 +123,8 @@ class _Stage:
         return np.array(self._canvas.buffer_rgba())[..., :3]
 
     def _show(self, time_s: float, picture: Image | None) -> None:
-        story = self._story
-        self._model.show(story.solution.at(time_s), story.head.at(time_s))
+        run_view = self._run_view
+        self._model.show(run_view.solution.at(time_s), run_view.head.at(time_s))
         self._strip.show(time_s)
         self._clock.set_text(f"{time_s:.2f} s")
         if self._recording is not None and picture is not None:
@@ -148,25 +148,25 @@ def telling_times(solution: Solution, count: int) -> Array:
     return np.asarray(np.clip(np.linspace(first - reach, last + reach, count), low, high), float)
 
 
-def _write_mp4(story: Story, out: Path, progress: Progress) -> None:
-    times = film_times(story.solution, FRAMES_PER_SECOND)
-    frames = film_frames(story, times, progress)
+def _write_mp4(run_view: RunView, out: Path, progress: Progress) -> None:
+    times = film_times(run_view.solution, FRAMES_PER_SECOND)
+    frames = film_frames(run_view, times, progress)
     write_recording(out, frames, times - times[0], crf=20.0, preset="veryfast")
 
 
-def _write_gif(story: Story, out: Path, progress: Progress) -> None:
-    times = film_times(story.solution, GIF_FRAMES_PER_SECOND)
+def _write_gif(run_view: RunView, out: Path, progress: Progress) -> None:
+    times = film_times(run_view.solution, GIF_FRAMES_PER_SECOND)
     pages = [
         Pillow.fromarray(frame).resize(GIF_SIZE, Pillow.Resampling.LANCZOS).quantize(256)
-        for frame in film_frames(story, times, progress)
+        for frame in film_frames(run_view, times, progress)
     ]
     shown_ms = round(1000 / GIF_FRAMES_PER_SECOND)
     pages[0].save(out, save_all=True, append_images=pages[1:], duration=shown_ms, loop=0)
 
 
-def _write_sheet(story: Story, out: Path, progress: Progress) -> None:
+def _write_sheet(run_view: RunView, out: Path, progress: Progress) -> None:
     """Write six frames in a row: the recording above, the model below, histories under both."""
-    beside = story.recording is not None
+    beside = run_view.recording is not None
     gap, cell, top, caption = 14, 388, 64, 30
     film_high, model_high, strip_high = (292 if beside else 0), 340, 150
     model_top = top + caption + (film_high + gap if beside else 0)
@@ -175,9 +175,9 @@ def _write_sheet(story: Story, out: Path, progress: Progress) -> None:
     height = strip_top + strip_high + 56
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=PAPER)
     canvas = cast(Any, FigureCanvasAgg(figure))
-    _heading(figure, story, gap)
-    times = telling_times(story.solution, SHEET_FRAMES)
-    for column, (time, picture) in enumerate(zip(times, story.pictures(times), strict=True)):
+    _heading(figure, run_view, gap)
+    times = telling_times(run_view.solution, SHEET_FRAMES)
+    for column, (time, picture) in enumerate(zip(times, run_view.pictures(times), strict=True)):
         progress(column / SHEET_FRAMES, f"frame {column + 1} of {SHEET_FRAMES}")
         left = float(gap + column * (cell + gap))
         figure.text(
@@ -188,43 +188,45 @@ def _write_sheet(story: Story, out: Path, progress: Progress) -> None:
             color=INK,
         )
         if picture is not None:
-            title = story.recording_title if column == 0 else ""
+            title = run_view.recording_title if column == 0 else ""
             place = (left, top + caption, cell, film_high)
-            panel = RecordingPanel(figure, place, story, aspect=cell / model_high, label=title)
+            panel = RecordingPanel(figure, place, run_view, aspect=cell / model_high, label=title)
             panel.show(picture)
         model = ModelPanel(
             figure,
             (left, model_top, cell, model_high),
-            story,
+            run_view,
             label="model" if column == 0 else "",
         )
-        model.show(story.solution.at(float(time)), story.head.at(float(time)))
-    strip = HistoryStrip(figure, (78, strip_top, 0.62 * width, strip_high), story.solution, size=13)
+        model.show(run_view.solution.at(float(time)), run_view.head.at(float(time)))
+    strip = HistoryStrip(
+        figure, (78, strip_top, 0.62 * width, strip_high), run_view.solution, size=13
+    )
     strip.mark([float(time) for time in times], size=13)
     left = 0.72 * width
     bars = ((left, strip_top + 20, 520, 14), (left, strip_top + 104, 520, 14))
-    colour_bars(figure, model.scene, story, bars, size=13)
+    colour_bars(figure, model.scene, run_view, bars, size=13)
     canvas.draw()
     Pillow.fromarray(np.array(canvas.buffer_rgba())[..., :3]).save(out)
 
 
-def _heading(figure: Figure, story: Story, left_px: float) -> None:
+def _heading(figure: Figure, run_view: RunView, left_px: float) -> None:
     """Write the scenario's name and, smaller, how its run ended if it did not finish."""
     width, height = figure.get_size_inches() * figure.dpi
     name = figure.text(
         left_px / width,
         1 - 34 / height,
-        story.name,
+        run_view.name,
         size=16,
         weight="bold",
         color=INK,
         parse_math=False,  # a name may hold dollars
     )
-    if not story.solution.summary["finished"]:
+    if not run_view.solution.summary["finished"]:
         figure.text(
             (left_px + name.get_window_extent().width + 16) / width,
             1 - 34 / height,
-            f"unfinished: {story.solution.summary['sentence']}",
+            f"unfinished: {run_view.solution.summary['sentence']}",
             size=12,
             color=QUIET,
         )

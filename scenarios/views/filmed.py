@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidMotion
 from mocap.tracking.tracks import read_tracks
 from mocap.video.frames import Video
@@ -25,7 +26,7 @@ SHOWN_SHARE = 0.85
 """How much of the recording's height is shown where the mouth's place in it is known."""
 
 
-class FilmedError(ValueError):
+class FilmedError(DrinksimError):
     """A run lacks what its recording would have supplied."""
 
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from geometry2d.rigid import RigidPlacement
 from scenarios.results.solution import Frame, Solution
 from scenarios.views.filmed import Crop, Image
-from scenarios.views.run_view import Story, Window
+from scenarios.views.run_view import RunView, Window
 from scenarios.views.scene import INK, LOWER, PAPER, QUIET, UPPER, Scene
 
 Array = NDArray[np.float64]
@@ -44,12 +44,14 @@ def axes_at(figure: Figure, place: Place) -> Axes:
 class ModelPanel:
     """The model in the world, with its name and a scale bar."""
 
-    def __init__(self, figure: Figure, place: Place, story: Story, *, label: str = "model") -> None:
+    def __init__(
+        self, figure: Figure, place: Place, run_view: RunView, *, label: str = "model"
+    ) -> None:
         self.axes = _framed(axes_at(figure, place))
-        window = story.window(place[2] / place[3])
+        window = run_view.window(place[2] / place[3])
         self.axes.set_xlim(window.left, window.left + window.width)
         self.axes.set_ylim(window.bottom, window.bottom + window.height)
-        self.scene = Scene(self.axes, story.solution, story.shown, story.limits)
+        self.scene = Scene(self.axes, run_view.solution, run_view.shown, run_view.limits)
         self.artists: list[Artist] = [*self.scene.artists, *_scale_bar(self.axes, window)]
         if label:
             self.artists.append(_label(self.axes, label))
@@ -86,11 +88,17 @@ class RecordingPanel:
     """A part of the recording, with the model's window outlined where its scale is known."""
 
     def __init__(
-        self, figure: Figure, place: Place, story: Story, *, aspect: float, label: str | None = None
+        self,
+        figure: Figure,
+        place: Place,
+        run_view: RunView,
+        *,
+        aspect: float,
+        label: str | None = None,
     ) -> None:
         self.axes = _framed(axes_at(figure, place))
         self._size = (round(place[2]), round(place[3]))
-        self._story = story
+        self._run_view = run_view
         self._aspect = aspect
         self._crop: Crop | None = None
         self.axes.set_xlim(0.0, self._size[0])
@@ -101,7 +109,7 @@ class RecordingPanel:
         self.axes.add_artist(self._image)
         self._outline = Rectangle((0, 0), 0, 0, fill=False, ec="white", lw=1.6, visible=False)
         self.axes.add_patch(self._outline)
-        title = label if label is not None else story.recording_title
+        title = label if label is not None else run_view.recording_title
         self.artists: list[Artist] = [self._image, self._outline]
         if title:
             self.artists.append(_label(self.axes, title))
@@ -116,7 +124,7 @@ class RecordingPanel:
     def _frame_mouth(self, picture: Image) -> None:
         """Choose the part of the picture to show: around the mouth, or else the whole picture."""
         rows, columns = picture.shape[:2]
-        window = self._story.window_px(self._aspect)
+        window = self._run_view.window_px(self._aspect)
         self._crop = Crop.around(
             window, picture=(columns, rows), aspect=self._size[0] / self._size[1]
         )
@@ -206,14 +214,14 @@ class HistoryStrip:
 
 
 def colour_bars(
-    figure: Figure, scene: Scene, story: Story, places: Sequence[Place], *, size: float
+    figure: Figure, scene: Scene, run_view: RunView, places: Sequence[Place], *, size: float
 ) -> None:
     """Draw what the colours of the dermis and of the contact mean, one bar at each place."""
-    shown = story.shown
+    shown = run_view.shown
     unit = f", {shown.unit}" if shown.unit else ""
     bars: tuple[tuple[ScalarMappable, str, float], ...] = (
-        (scene.element_colours, shown.title + unit, story.limits[0]),
-        (scene.pressure_colours, "contact pressure, kPa", story.limits[1]),
+        (scene.element_colours, shown.title + unit, run_view.limits[0]),
+        (scene.pressure_colours, "contact pressure, kPa", run_view.limits[1]),
     )
     for (colours, title, highest), place in zip(bars, places, strict=True):
         axes = axes_at(figure, place)

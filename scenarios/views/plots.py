@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from geometry2d.foundation.output import file_at_once
 from geometry2d.neck import NeckSection
-from scenarios.results.output import file_at_once
 from scenarios.results.solution import LIPS, Quantity, Solution
 from scenarios.settings.scenario import read_scenario
 from scenarios.views.scene import (

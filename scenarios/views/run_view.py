@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidMotion
 from mocap.tracking.markers import read_markers
 from scenarios.results.solution import Solution
@@ -31,7 +32,7 @@ MARGIN_MM = (24.0, 21.0)
 """How far the view reaches beyond where skin and neck ever touch."""
 
 
-class StoryError(ValueError):
+class RunViewError(DrinksimError):
     """A run cannot be shown in the way that was asked for."""
 
 
@@ -46,7 +47,7 @@ class Window:
 
 
 @dataclass(frozen=True)
-class Story:
+class RunView:
     """A run, how the head moved, the recording if it is shown, and what the colours mean.
 
     ``limits`` are the largest values of the colours: of ``shown`` in its unit, and of the contact
@@ -63,14 +64,14 @@ class Story:
     scale: PictureScale | None
 
     @classmethod
-    def of(cls, run: Path, *, field: str, beside_video: bool) -> Story:
-        """Return the story of a run directory; :class:`StoryError` if a part of it is missing."""
+    def of(cls, run: Path, *, field: str, beside_video: bool) -> RunView:
+        """Return the view of a run directory; :class:`RunViewError` if a part of it is missing."""
         if field not in SHOWN:
-            raise StoryError(f"no field {field!r} to show: {nearest(field, SHOWN)}")
+            raise RunViewError(f"no field {field!r} to show: {nearest(field, SHOWN)}")
         solution = Solution.load(run)
         scenario = read_scenario(str(run / "scenario.toml"))
         if beside_video and scenario.recording is None:
-            raise StoryError(
+            raise RunViewError(
                 f"scenario {scenario.name!r} of {run} has no recording: leave out --beside-video"
             )
         recording = scenario.recording if beside_video else None

@@ -62,14 +62,14 @@ class LoadedSystem(System):
             residual -= force
             scale = max(scale, np.max(np.abs(force)))
 
-        def matrix(safe: bool) -> sp.csr_matrix:
-            result = plain.matrix(safe)
+        def tangent(psd: bool) -> sp.csr_matrix:
+            result = plain.tangent(psd)
             diagonal = result.diagonal()
             diagonal[self.held] += self.hold
             result.setdiag(diagonal)
             return result
 
-        return replace(plain, residual=residual, force_scale=scale, matrix=matrix)
+        return replace(plain, residual=residual, force_scale=scale, tangent=tangent)
 
 
 def linear_elastic(young_mpa: float, poisson: float) -> NeoHookean:

@@ -5,7 +5,7 @@ import numpy as np
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
-from fem2d.contact.self_contact import TissueContact
+from fem2d.contact.self_contact import SelfContact
 
 
 def joined(lower: Body, upper: Body, materials, element) -> Body:
@@ -32,4 +32,4 @@ def between(body, normal, friction, points=2, reach=0.2):
         Surface(body.edges(name), body.nodes, points_per_edge=points)
         for name in ("lower_top", "upper_bottom")
     )
-    return TissueContact("pieces", sides, normal, friction, reach_mm=reach)
+    return SelfContact("pieces", sides, normal, friction, reach_mm=reach)

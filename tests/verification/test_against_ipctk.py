@@ -19,7 +19,7 @@ from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
-from fem2d.contact.self_contact import TissueContact
+from fem2d.contact.self_contact import SelfContact
 from fem2d.solvers.inertia import Inertia
 from geometry2d.outline import Outline
 from tests.support.contact_models import (
@@ -139,7 +139,7 @@ class BarrierEngine:
     def descend(self, target, tolerance=1e-6):
         nodes = len(self.body.nodes)
         for _ in range(200):
-            there = self.body.response(self.place[:nodes] - self.body.nodes, projected=True)
+            there = self.body.response(self.place[:nodes] - self.body.nodes, psd=True)
             found, boundary = self.collisions(self.place), self.boundary(self.place)
             gradient = self.potential.gradient(found, self.mesh, boundary)
             curvature = self.potential.hessian(
@@ -263,7 +263,7 @@ def test_groove_that_closes_on_itself(coefficient):
     mesh = mesh.with_boundaries({**mesh.boundaries, "skin": skin})
     body = Body.of(mesh, linear_elastic(1.0, 0.3), plane=Plane.STRAIN, element="Q4")
     surface = Surface(body.edges("skin"), body.nodes, points_per_edge=3)
-    fold = TissueContact(
+    fold = SelfContact(
         "groove",
         (surface,),
         NormalLaw(50.0, 1e-5),

@@ -7,7 +7,7 @@ import pytest
 
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.solvers.linear import Pardiso, SuperLu, fastest_solver
-from fem2d.solvers.march import SURPRISE, MarchStatus, StepSettings, march
+from fem2d.solvers.march import PREDICTOR_ERROR_LIMIT, MarchStatus, StepSettings, march
 from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.step import attempt
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
@@ -155,13 +155,14 @@ def test_a_plunge_into_a_rigid_body_is_rejected_but_slow_squeezing_is_not():
     motion = path([0, 1], [[0, 0], [0, -2.0]])
     most = 0.01
 
-    def deepest(plunge_mm):
+    def deepest(penetration_growth_mm):
         commits = []
         result = march(
             system, motion, system.state_at_rest(0.0, motion.at(0.0), next_step_s=0.25),
             solver=fastest_solver(),
             steps=StepSettings(
-                longest_s=0.25, travel_mm=np.inf, accuracy_mm=np.inf, plunge_mm=plunge_mm
+                longest_s=0.25, travel_mm=np.inf, accuracy_mm=np.inf,
+                penetration_growth_mm=penetration_growth_mm
             ),
             newton=FINE, on_commit=commits.append,
         )  # fmt: skip
@@ -192,7 +193,7 @@ def test_a_step_that_errs_in_its_foresight_is_taken_again_in_shorter_ones():
             newton=FINE, on_commit=commits.append,
         )  # fmt: skip
         assert result.status is MarchStatus.FINISHED
-        wrong = [c.newton.correction_mm > SURPRISE * aim for c in commits]
+        wrong = [c.newton.predictor_error_mm > PREDICTOR_ERROR_LIMIT * aim for c in commits]
         return result, [c for c, surprising in zip(commits, wrong, strict=True) if surprising]
 
     accepted, followed_anyhow = surprises(np.inf)

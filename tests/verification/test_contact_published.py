@@ -31,7 +31,7 @@ from tests.support.contact_models import (
 class SlipFromTheStart(LoadedSystem):
     """Counts slip from the start of a step even where a point is met on the way, as others do."""
 
-    def reached(self, before, displacement, placement):
+    def with_first_contact(self, before, displacement, placement):
         return before
 
 

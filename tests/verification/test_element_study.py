@@ -13,7 +13,7 @@ from fem2d.analyses.homogeneous import HomogeneousError, Mode, homogeneous_respo
 from fem2d.body.elements import ELEMENTS
 from fem2d.materials.library import material_named
 from fem2d.materials.material import MaterialError
-from scenarios.results.output import OutputError
+from geometry2d.foundation.output import OutputError
 from scenarios.studies.element import (
     COLUMNS,
     ElementOptions,

@@ -113,7 +113,7 @@ def test_where_nothing_touches_anew_nothing_changes():
     system = falling(0.12)
     state = followed(system, still(), increments=40)[-1].state
     expected = state.fold_histories[0]
-    reached = system.reached(state, state.displacement, state.placement)
+    reached = system.with_first_contact(state, state.displacement, state.placement)
     for item in fields(expected):
         found = getattr(reached.fold_histories[0], item.name)
         np.testing.assert_array_equal(found, getattr(expected, item.name))

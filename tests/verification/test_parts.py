@@ -12,7 +12,7 @@ from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.loads.dead import Amplitude, DeadLoad
 from fem2d.loads.tie import ElasticTie
-from fem2d.solvers.components import parts_of, piece_of_node, touch_one_another
+from fem2d.solvers.components import component_of_node, components_of, components_touch
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import SuperLu, fastest_solver
 from fem2d.solvers.march import MarchStatus, StepSettings, march
@@ -98,8 +98,8 @@ def test_a_part_balances_as_it_does_in_the_whole():
     displacement = state.displacement + 1e-3 * rng.normal(size=state.displacement.shape)
     placement = motion.at(0.72)
     whole = system.balance(displacement, placement, state, 0.02)
-    tangent = whole.matrix(False)
-    parts = parts_of(system)
+    tangent = whole.tangent(False)
+    parts = components_of(system)
     assert [len(part.nodes) for part in parts] == [119, 105]
     assert sorted(np.concatenate([part.nodes for part in parts])) == list(range(224))
     for part in parts:
@@ -108,7 +108,7 @@ def test_a_part_balances_as_it_does_in_the_whole():
         scale = np.abs(whole.residual).max()
         assert scale > 1e-3
         np.testing.assert_allclose(alone.residual, whole.residual[dofs], atol=1e-13 * scale)
-        difference = alone.matrix(False) - tangent[dofs][:, dofs]
+        difference = alone.tangent(False) - tangent[dofs][:, dofs]
         assert abs(difference).max() < 1e-13 * abs(tangent).max()
         of_part = part.response(system.body.response(displacement))
         expected = part.system.body.response(displacement[part.nodes])
@@ -139,11 +139,11 @@ def test_parts_and_whole_go_the_same_way(monkeypatch, down_mm):
     """Apart all the time, or pressed on each other, which no part by itself knows of."""
     system, motion = two_blocks(), pushed(down_mm)
     commits = marched(system, motion)
-    piece = piece_of_node(system)
-    together = [touch_one_another(piece, commit.folds) for commit in commits]
+    piece = component_of_node(system)
+    together = [components_touch(piece, commit.folds) for commit in commits]
     assert any(together) == (down_mm > GAP_MM)
     assert not together[0]
-    monkeypatch.setattr(fem2d.solvers.step, "parts_of", lambda system: ())
+    monkeypatch.setattr(fem2d.solvers.step, "components_of", lambda system: ())
     assert max(commit.newton.imbalance for commit in commits) <= FINE.tolerance
     whole = marched(system, motion)
     found, expected = commits[-1].state.displacement, whole[-1].state.displacement
@@ -180,12 +180,12 @@ def test_a_surface_that_spans_two_pieces_keeps_them_together():
     system = two_blocks()
     edges = np.concatenate([system.body.edges(side) for side in ("upper_top", "lower_left")])
     spanning = replace(system.contacts[0], surface=Surface(edges, system.body.nodes))
-    assert parts_of(system)
-    assert parts_of(replace(system, contacts=(spanning,))) == ()
+    assert components_of(system)
+    assert components_of(replace(system, contacts=(spanning,))) == ()
 
 
 def test_nodes_that_are_no_piece_are_refused():
     system = two_blocks()
-    nodes = parts_of(system)[0].nodes
+    nodes = components_of(system)[0].nodes
     with pytest.raises(BodyError, match="no piece"):
         system.body.piece(nodes[:-1])

@@ -11,7 +11,7 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface, edge_shapes
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
-from fem2d.contact.self_contact import TissueContact
+from fem2d.contact.self_contact import SelfContact
 from fem2d.loads.tie import ElasticTie
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.model import System
@@ -160,7 +160,7 @@ def test_a_groove_closes_and_does_not_pass_through_itself(friction):
     body = grooved_block()
     surface = Surface(body.edges("surface"), body.nodes, points_per_edge=3)
     law = NormalLaw(50.0, 1e-4)
-    fold = TissueContact(
+    fold = SelfContact(
         "groove", (surface,), law, FrictionLaw(friction, 5.0), reach_mm=0.25, itself=True
     )
     sides = [unknowns(body, "left", 0), unknowns(body, "right", 0)]
@@ -205,7 +205,7 @@ def test_shallow_ironing_with_an_elastic_die():
         Surface(body.edges("lower_top"), body.nodes, points_per_edge=2),
         Surface(around, body.nodes, points_per_edge=2),
     )
-    pair = TissueContact("die", sides, NormalLaw(2e4, 1e-4), FrictionLaw(0.3, 2e3), reach_mm=0.3)
+    pair = SelfContact("die", sides, NormalLaw(2e4, 1e-4), FrictionLaw(0.3, 2e3), reach_mm=0.3)
     fixed = np.concatenate([unknowns(body, "lower_bottom", c) for c in (0, 1)])
     along, down = unknowns(body, "upper_top", 0), unknowns(body, "upper_top", 1)
     system = LoadedSystem(

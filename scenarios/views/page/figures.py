@@ -25,7 +25,7 @@ from scenarios.views.animation import telling_times
 from scenarios.views.filmed import Crop, Image
 from scenarios.views.panels import ModelPanel
 from scenarios.views.plots import RUN_COLOURS, imprint_maps
-from scenarios.views.run_view import Story
+from scenarios.views.run_view import RunView
 from scenarios.views.scene import (
     INK,
     NECK,
@@ -119,13 +119,13 @@ def curves(runs: Sequence[Curve], *, label: str, shows: str) -> Embedded:
 
 
 def imprint_figure(
-    story: Story, neck: NeckSection, *, highest_kpa: float, shows: str
+    run_view: RunView, neck: NeckSection, *, highest_kpa: float, shows: str
 ) -> tuple[Embedded, Embedded]:
     """Return the imprint of a run: pressure along the contour against time, and its maximum.
 
     Parameters
     ----------
-    story
+    run_view
         the run.
     neck
         the neck that is drawn.
@@ -135,7 +135,7 @@ def imprint_figure(
         the imprint in words.
     """
     figure = _figure(IMPRINT_INCHES, dpi=150)
-    maps = imprint_maps(figure, story.solution, neck, highest_kpa=highest_kpa)
+    maps = imprint_maps(figure, run_view.solution, neck, highest_kpa=highest_kpa)
     bands = {
         lip: _Band.on(getattr(neck, f"{lip}_wall"), arc, pressure.max(axis=0), highest_kpa)
         for lip, (arc, pressure) in maps.items()
@@ -149,7 +149,7 @@ def imprint_figure(
     )
 
 
-def snapshots(story: Story, say: Callable[[float, str], None]) -> Iterator[Snapshot]:
+def snapshots(run_view: RunView, say: Callable[[float, str], None]) -> Iterator[Snapshot]:
     """Yield the telling instants of a run, the model and the recording's picture of each.
 
     ``say`` is told the share that is done and what is being done.
@@ -157,30 +157,30 @@ def snapshots(story: Story, say: Callable[[float, str], None]) -> Iterator[Snaps
     width, height = CELL_PX
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=PAPER)
     canvas = cast(Any, FigureCanvasAgg(figure))
-    panel = ModelPanel(figure, (1, 1, width - 2, height - 2), story, label="")
-    times = telling_times(story.solution, SNAPSHOTS)
-    for number, (time, picture) in enumerate(zip(times, story.pictures(times), strict=True)):
+    panel = ModelPanel(figure, (1, 1, width - 2, height - 2), run_view, label="")
+    times = telling_times(run_view.solution, SNAPSHOTS)
+    for number, (time, picture) in enumerate(zip(times, run_view.pictures(times), strict=True)):
         say(number / times.size, f"instant {number + 1} of {times.size}")
-        panel.show(story.solution.at(float(time)), story.head.at(float(time)))
+        panel.show(run_view.solution.at(float(time)), run_view.head.at(float(time)))
         canvas.draw()
         drawn = Pillow.fromarray(np.array(canvas.buffer_rgba())[..., :3])
         paletted = drawn.quantize(255, dither=Pillow.Dither.NONE)
         yield Snapshot(
             float(time),
             Embedded(_saved(paletted, "PNG", optimize=True), "image/png", f"model, {time:.2f} s"),
-            None if picture is None else _filmed(story, picture, float(time)),
+            None if picture is None else _filmed(run_view, picture, float(time)),
         )
 
 
-def _filmed(story: Story, picture: Image, time_s: float) -> Embedded:
+def _filmed(run_view: RunView, picture: Image, time_s: float) -> Embedded:
     rows, columns = picture.shape[:2]
     aspect = CELL_PX[0] / CELL_PX[1]
-    crop = Crop.around(story.window_px(aspect), picture=(columns, rows), aspect=aspect)
+    crop = Crop.around(run_view.window_px(aspect), picture=(columns, rows), aspect=aspect)
     shown = Pillow.fromarray(crop.scaled(picture, CELL_PX))
     return Embedded(
         _saved(shown, "JPEG", quality=86),
         "image/jpeg",
-        f"{story.recording_title}, {time_s:.2f} s",
+        f"{run_view.recording_title}, {time_s:.2f} s",
     )
 
 

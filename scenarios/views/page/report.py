@@ -19,9 +19,10 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, PowerNorm
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.output import check_writable, file_at_once
+from geometry2d.foundation.progress import Progress
 from geometry2d.neck import NeckSection
-from scenarios.results.output import check_writable, file_at_once
-from scenarios.results.progress import Progress
 from scenarios.results.solution import LIPS, Solution
 from scenarios.results.verdict import FAILURE, PAIN, Threshold, Verdict
 from scenarios.settings.scenario import Scenario, read_scenario
@@ -38,7 +39,7 @@ from scenarios.views.page.figures import (
 from scenarios.views.page.hypertext import Markup, joined, page, tag
 from scenarios.views.page.style import STYLE
 from scenarios.views.plots import imprint
-from scenarios.views.run_view import Story
+from scenarios.views.run_view import RunView
 from scenarios.views.scene import PRESSURE_COLOURS, upper_limit
 
 Array = NDArray[np.float64]
@@ -48,7 +49,7 @@ MINUS = "−"
 KILO = 1000
 
 
-class ReportError(ValueError):
+class ReportError(DrinksimError):
     """These runs cannot be reported together, or not there."""
 
 
@@ -61,14 +62,14 @@ class Reported:
     folder: Path
     scenario: Scenario
     scenario_toml: str
-    story: Story
+    run_view: RunView
     neck: NeckSection
     verdict: Verdict
 
     @property
     def solution(self) -> Solution:
         """The run's solution."""
-        return self.story.solution
+        return self.run_view.solution
 
     @property
     def relative_time(self) -> Array:
@@ -149,37 +150,40 @@ def _read(runs: Sequence[Path]) -> list[Reported]:
     ]
     if twice:
         raise ReportError(f"{twice[0]} is given more than once: name every run once")
-    stories = [_story(run) for run in runs]
-    shown = max(story.limits[0] for story in stories), max(story.limits[1] for story in stories)
+    stories = [_run_view_of(run) for run in runs]
+    shown = (
+        max(run_view.limits[0] for run_view in stories),
+        max(run_view.limits[1] for run_view in stories),
+    )
     # Only colours that mean the same can be compared.
-    stories = [replace(story, limits=shown) for story in stories]
-    names = Counter(story.name for story in stories)
+    stories = [replace(run_view, limits=shown) for run_view in stories]
+    names = Counter(run_view.name for run_view in stories)
     result = []
-    for number, (folder, story) in enumerate(zip(runs, stories, strict=True), start=1):
+    for number, (folder, run_view) in enumerate(zip(runs, stories, strict=True), start=1):
         scenario = read_scenario(str(folder / "scenario.toml"))
         result.append(
             Reported(
-                label=story.name if names[story.name] == 1 else f"{story.name} ({folder})",
+                label=run_view.name if names[run_view.name] == 1 else f"{run_view.name} ({folder})",
                 anchor=f"run-{number}",
                 folder=folder,
                 scenario=scenario,
                 scenario_toml=(folder / "scenario.toml").read_text(encoding="utf-8"),
-                story=story,
+                run_view=run_view,
                 neck=scenario.package.section(),
-                verdict=Verdict.of(story.solution.summary),
+                verdict=Verdict.of(run_view.solution.summary),
             )
         )
     return result
 
 
-def _story(run: Path) -> Story:
-    """Return a run's story, with the recording wherever its file is still there."""
+def _run_view_of(run: Path) -> RunView:
+    """Return a run's run_view, with the recording wherever its file is still there."""
     Solution.load(run)  # complains about a wrong directory before its scenario is looked for
     recording = read_scenario(str(run / "scenario.toml")).recording
     there = recording is not None and all(
         Path(file).is_file() for file in (recording.video, recording.markers)
     )
-    return Story.of(run, field="von_mises_mpa", beside_video=there)
+    return RunView.of(run, field="von_mises_mpa", beside_video=there)
 
 
 def _title(runs: Sequence[Reported]) -> str:
@@ -535,14 +539,14 @@ def _key(runs: Sequence[Reported]) -> Markup:
 
 
 def _one_run(run: Reported, highest_kpa: float, say: Callable[[float, str], None]) -> Markup:
-    instants = list(snapshots(run.story, say))
+    instants = list(snapshots(run.run_view, say))
     parts = [
         tag("h2", run.label, id=run.anchor),
         tag("p", run.scenario.description),
         tag("h3", "The sip in six instants"),
         _about_the_pictures(run),
         tag("ol", *(_instant(n, one) for n, one in enumerate(instants, 1)), class_="sequence"),
-        _colour_bars(run.story),
+        _colour_bars(run.run_view),
         tag("h3", "The imprint on the neck"),
         _imprint(run, highest_kpa),
     ]
@@ -554,11 +558,11 @@ def _about_the_pictures(run: Reported) -> Markup:
         "the section of the lips (dermis coloured by its von Mises stress), teeth, jaws and the "
         "neck that presses them, in the same world; the bar is 10 mm long."
     )
-    if run.story.recording is None:
+    if run.run_view.recording is None:
         why = "has no recording" if run.scenario.recording is None else "lost its recording's file"
         return tag("p", f"This run {why}. Shown is {model}")
     kind = "the recording"
-    if run.story.rendered:
+    if run.run_view.rendered:
         kind = "the recording, which is rendered by a virtual camera and shows no real person"
     return tag("p", f"Above, {kind}; below, {model}")
 
@@ -570,13 +574,13 @@ def _instant(number: int, instant: Snapshot) -> Markup:
     return tag("li", tag("figure", *pictures, caption))
 
 
-def _colour_bars(story: Story) -> Markup:
-    shown = story.shown
+def _colour_bars(run_view: RunView) -> Markup:
+    shown = run_view.shown
     bars = (
-        (ScalarMappable(PowerNorm(0.5, 0.0, story.limits[0]), shown.colours),
-         f"{shown.title}, {shown.unit}", story.limits[0]),
-        (ScalarMappable(Normalize(0.0, story.limits[1]), PRESSURE_COLOURS),
-         "contact pressure on the skin, kPa", story.limits[1]),
+        (ScalarMappable(PowerNorm(0.5, 0.0, run_view.limits[0]), shown.colours),
+         f"{shown.title}, {shown.unit}", run_view.limits[0]),
+        (ScalarMappable(Normalize(0.0, run_view.limits[1]), PRESSURE_COLOURS),
+         "contact pressure on the skin, kPa", run_view.limits[1]),
     )  # fmt: skip
     drawn = []
     for mappable, title, highest in bars:
@@ -593,7 +597,7 @@ def _imprint(run: Reported, highest_kpa: float) -> Markup:
         if run.most_pressed(lip) != "nothing"
     )
     over_time, contour = imprint_figure(
-        run.story, run.neck, highest_kpa=highest_kpa, shows=f"{shows or 'nothing touches'}."
+        run.run_view, run.neck, highest_kpa=highest_kpa, shows=f"{shows or 'nothing touches'}."
     )
     return tag(
         "div",

@@ -40,7 +40,7 @@ def pair(coefficient: float, edge_nodes: int = 3, points: dict = GAUSS) -> Rigid
         "tissue on threads",
         Surface(edges, nodes, thickness_mm=1.3, **points),
         THREADED,
-        NormalLaw(stiffness_mpa_per_mm=20.0, ramp_mm=0.05, allowance_mm=0.01),
+        NormalLaw(stiffness_mpa_per_mm=20.0, ramp_mm=0.05, gap_offset_mm=0.01),
         FrictionLaw(coefficient=coefficient, stiffness_mpa_per_mm=3.0),
     )
 
@@ -121,10 +121,10 @@ def test_motion_of_the_rigid_body_is_foreseen_to_first_order():
     # A point that slipped and is now dragged back sticks: that is no small change. Leave it out.
     same = np.isin(here.edges, np.flatnonzero(~np.any(here.points.slipping, axis=1)))
     assert same.sum() > 5
-    foreseen = contact.force_of_moving_body(displacement, PLACEMENT, moved, here)[same]
+    predicted = contact.force_of_moving_body(displacement, PLACEMENT, moved, here)[same]
     change = after.force[np.isin(after.edges, here.edges[same])] - here.force[same]
-    assert np.abs(foreseen).max() > 1e-6
-    np.testing.assert_allclose(change, foreseen, atol=2e-3 * np.abs(foreseen).max())
+    assert np.abs(predicted).max() > 1e-6
+    np.testing.assert_allclose(change, predicted, atol=2e-3 * np.abs(predicted).max())
 
 
 def test_evaluating_leaves_no_trace():
@@ -211,7 +211,7 @@ def test_every_point_starts_to_stick_where_it_begins_to_bear():
     above = np.zeros_like(nodes) + PLACEMENT.apply([[0, 0.03]]) - PLACEMENT.apply([[0, 0]])
     below = PLACEMENT.apply([[0.01, -0.05]]) - PLACEMENT.apply([[0, 0]]) + np.zeros_like(nodes)
     start = contact.initial_history(above, PLACEMENT)
-    met = contact.reached(start, below, PLACEMENT)
+    met = contact.with_first_contact(start, below, PLACEMENT)
     changed = np.any(met.body_position != start.body_position, axis=-1)
     assert changed[:, contact.surface.is_between].sum() > 20
     where = THREADED.project(met.body_position.reshape(-1, 2)).distance.reshape(changed.shape)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
-from fem2d.contact.self_contact import NONE, TissueContact, TissueContactError
+from fem2d.contact.self_contact import NONE, SelfContact, SelfContactError
 from geometry2d.rigid import RigidPlacement, rotated
 
 NOWHERE = RigidPlacement(0.0, (0.0, 0.0))
@@ -43,7 +43,7 @@ def two_surfaces(coefficient, nodes_per_edge, corner=False):
         Surface(chain(below, nodes_per_edge, 0), nodes, 1.3, 3),
         Surface(chain(above, nodes_per_edge, len(below)), nodes, 1.3, 3),
     )
-    return TissueContact(
+    return SelfContact(
         "two", surfaces, NormalLaw(20.0, 0.02), FrictionLaw(coefficient, 3.0), reach_mm=0.6
     )
 
@@ -119,7 +119,7 @@ def test_slip_is_counted_from_where_a_falling_point_touches(nodes_per_edge, heig
     start = lifted(contact, (-0.3, height))
     end = pressed(contact, 3)[0] + lifted(contact, (0.1, -0.02))
     history = contact.initial_history(start, NOWHERE)
-    reached = contact.reached(history, start, end)
+    reached = contact.with_first_contact(history, start, end)
     closed = contact.response(end, NOWHERE, history).points.gap < 0
     assert 10 < closed.sum() < len(closed) - 10
     for name in ("anchor", "anchor_local"):
@@ -146,12 +146,12 @@ def test_what_touches_already_or_stays_apart_keeps_its_history():
     contact = two_surfaces(0.5, 3)
     far, near = lifted(contact, (0.0, 0.4)), lifted(contact, (0.2, 0.3))
     history = contact.initial_history(far, NOWHERE)
-    assert contact.reached(history, far, near) is history
+    assert contact.with_first_contact(history, far, near) is history
     closed, _ = pressed(contact, 3, 0.0)
     history = contact.initial_history(closed, NOWHERE)
     touching = contact.response(closed, NOWHERE, history).points.gap <= 0
     slid = closed + lifted(contact, (0.05, 0.0))
-    reached = contact.reached(history, closed, slid)
+    reached = contact.with_first_contact(history, closed, slid)
     assert touching.sum() > 10
     np.testing.assert_array_equal(reached.anchor[touching], history.anchor[touching])
     np.testing.assert_array_equal(reached.anchor_local[touching], history.anchor_local[touching])
@@ -225,7 +225,7 @@ def test_a_fold_meets_itself_but_not_its_neighbours():
     nodes = np.concatenate([down, [[0.0, -0.05]], up])[::-1].copy()
     edges = np.column_stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))])
     surface = Surface(edges, nodes, points_per_edge=2)
-    fold = TissueContact(
+    fold = SelfContact(
         "fold", (surface,), NormalLaw(10.0, 1e-3), FrictionLaw(0.0), reach_mm=0.2, itself=True
     )
     narrowed = np.zeros_like(nodes)
@@ -250,7 +250,7 @@ def test_a_thin_tongue_does_not_touch_itself_through_its_own_tissue():
     out = np.column_stack([np.linspace(0, 2, 11), np.full(11, -0.15)])
     nodes = np.concatenate([out, [[2.1, 0.0]], out[::-1] * [1, -1]])
     edges = np.column_stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))])
-    tongue = TissueContact(
+    tongue = SelfContact(
         "tongue", (Surface(edges, nodes),), NormalLaw(), FrictionLaw(0.3), 0.5, itself=True
     )
     x, y = nodes.T
@@ -272,7 +272,7 @@ def test_a_thin_tongue_does_not_touch_itself_through_its_own_tissue():
 def test_what_was_in_front_touches_however_near_it_lies_along_the_surface():
     # The banks of a groove as wide as one short edge close and cross.
     nodes = np.array([[1.0, -0.1], [0.0, -0.1], [0.0, 0.1], [1.0, 0.1]])
-    groove = TissueContact(
+    groove = SelfContact(
         "groove",
         (Surface(np.array([[0, 1], [1, 2], [2, 3]]), nodes),),
         NormalLaw(10.0, 1e-3),
@@ -296,7 +296,7 @@ def crease(shape):
     x = np.array([1.0, 0.5, 0.0, 0.5, 1.0])
     nodes = np.column_stack([x, shape(x) * [-1, -1, 0, 1, 1]])
     surface = Surface(np.array([[0, 2, 1], [2, 4, 3]]), nodes)
-    return TissueContact(
+    return SelfContact(
         "crease", (surface,), NormalLaw(10.0, 1e-3), FrictionLaw(0.3), 0.5, itself=True
     )
 
@@ -335,7 +335,7 @@ def test_an_edge_that_runs_back_touches_nothing_where_it_does():
     wall = np.array([[-0.5, -0.2], [0.2, -0.15], [1.0, -0.1]])
     nodes = np.concatenate([undeformed, wall])
     line = Surface(np.array([[0, 2, 1], [2, 4, 3]]), nodes)
-    contact = TissueContact(
+    contact = SelfContact(
         "line", (line, Surface(np.array([[5, 7, 6]]), nodes)), NormalLaw(), FrictionLaw(0.3), 0.5,
         itself=True,
     )  # fmt: skip
@@ -355,10 +355,10 @@ def test_an_edge_that_runs_back_touches_nothing_where_it_does():
 
 def test_what_makes_no_sense_is_refused():
     contact = two_surfaces(0.5, 3)
-    with pytest.raises(TissueContactError, match="one surface with nothing"):
+    with pytest.raises(SelfContactError, match="one surface with nothing"):
         replace(contact, surfaces=contact.surfaces[:1])
-    with pytest.raises(TissueContactError, match="must be positive"):
+    with pytest.raises(SelfContactError, match="must be positive"):
         replace(contact, reach_mm=0.0)
     other = Surface(contact.surfaces[1].edges, contact.surfaces[1].nodes.copy())
-    with pytest.raises(TissueContactError, match="different bodies"):
+    with pytest.raises(SelfContactError, match="different bodies"):
         replace(contact, surfaces=(contact.surfaces[0], other))

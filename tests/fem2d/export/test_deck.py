@@ -12,7 +12,7 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw, pressure_of_gap
 from fem2d.contact.rigid import RigidContact
-from fem2d.contact.self_contact import TissueContact
+from fem2d.contact.self_contact import SelfContact
 from fem2d.export.deck import DeckError, abaqus_deck
 from fem2d.loads.dead import Amplitude, DeadLoad
 from fem2d.loads.tie import ElasticTie
@@ -87,7 +87,7 @@ def system(plane: Plane = Plane.STRESS, *, left=SOFT, right=OGDEN, **tie) -> Sys
         ),
         (ElasticTie("bone", bottom, 1.5, 0.0, **tie),),
         Inertia(1e-9, relaxation_s=0.02),
-        (TissueContact("folds", (top, side), normal, FrictionLaw(0.3), reach_mm=0.2, itself=True),),
+        (SelfContact("folds", (top, side), normal, FrictionLaw(0.3), reach_mm=0.2, itself=True),),
     )
 
 

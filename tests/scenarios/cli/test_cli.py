@@ -14,11 +14,11 @@ import av
 import numpy as np
 import pytest
 
+from geometry2d.foundation.progress import progress_line
 from mocap.synthetic.rendering import write_recording
 from mocap.video.frames import Video
 from scenarios.cli.commands import main
 from scenarios.recordings.rendering import LIBRARY
-from scenarios.results.progress import progress_line
 from scenarios.results.solution import Increment, Model, Solution
 from scenarios.settings.scenario import Scenario
 from scenarios.sip import run
@@ -170,7 +170,7 @@ def test_an_out_that_cannot_be_written(
 def test_an_out_without_permission(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("scenarios.results.output.os.access", lambda *_: False)
+    monkeypatch.setattr("geometry2d.foundation.output.os.access", lambda *_: False)
     line = complaint(capsys, "replay", "A38-F", "--out", tmp_path / "run")
     assert f"no permission in {tmp_path}" in line
 

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
-from scenarios.results.output import OutputError
+from geometry2d.foundation.output import OutputError
 from scenarios.results.solution import HISTORY, Increment, Model, Solution, SolutionError
 from scenarios.results.writer import SolutionWriter
 

@@ -23,7 +23,7 @@ from scenarios.views.filmed import (
     read_pose,
 )
 from scenarios.views.plots import imprint, plot_histories, plot_imprint
-from scenarios.views.run_view import Story, StoryError
+from scenarios.views.run_view import RunView, RunViewError
 from scenarios.views.scene import SHOWN, Scene, boundary_loops, colour_limits
 from tests.support.made_up_sip import PICTURE_ORIGIN, PICTURE_SCALE, UPPER_MOUTH
 
@@ -43,23 +43,23 @@ def test_a_film_plays_in_a_browser(run_directory: Path, tmp_path: Path) -> None:
 
 
 def test_the_recording_runs_along_with_the_model(run_directory: Path) -> None:
-    story = Story.of(run_directory, field="von_mises_mpa", beside_video=True)
+    run_view = RunView.of(run_directory, field="von_mises_mpa", beside_video=True)
     times = np.array([1.0, 1.5, 2.0])
-    frames = list(film_frames(story, times, lambda share, text: None))
+    frames = list(film_frames(run_view, times, lambda share, text: None))
     red = np.array([frame[400, 60, 0] for frame in frames], float)
     # Frame n of the recording is shown at 0.8 + 0.04 n s and has red 40 + 4 n.
     np.testing.assert_allclose(red, 40 + 4 * (times - 0.8) / 0.04, atol=6)
     model = [frame[52:514, 648:1264].astype(int) for frame in frames]
     assert np.abs(model[1] - model[0]).max(axis=2).mean() > 2
-    assert story.recording_title == "recording (rendered)"
+    assert run_view.recording_title == "recording (rendered)"
 
 
 def test_the_recording_is_shown_upright_and_in_its_place(run_directory: Path) -> None:
-    story = Story.of(run_directory, field="von_mises_mpa", beside_video=True)
-    (frame,) = film_frames(story, np.array([1.5]), lambda share, text: None)
+    run_view = RunView.of(run_directory, field="von_mises_mpa", beside_video=True)
+    (frame,) = film_frames(run_view, np.array([1.5]), lambda share, text: None)
     panel = frame[52:514, 16:632].astype(int).sum(axis=2)
     rows, columns = np.nonzero(panel[40:] < 120)  # the dark bar, below the panel's label
-    window = story.window_px(616 / 462)
+    window = run_view.window_px(616 / 462)
     crop = Crop.around(window, picture=(320, 200), aspect=616 / 462)
     scale = 616 / crop.width
     # The bar covers the px 200…259 and 130…139 of the recording.
@@ -68,9 +68,9 @@ def test_the_recording_is_shown_upright_and_in_its_place(run_directory: Path) ->
 
 
 def test_frames_depend_on_their_time_alone(run_directory: Path) -> None:
-    story = Story.of(run_directory, field="von_mises_mpa", beside_video=False)
-    once = list(film_frames(story, np.array([1.0, 1.5]), lambda share, text: None))
-    alone = list(film_frames(story, np.array([1.5]), lambda share, text: None))
+    run_view = RunView.of(run_directory, field="von_mises_mpa", beside_video=False)
+    once = list(film_frames(run_view, np.array([1.0, 1.5]), lambda share, text: None))
+    alone = list(film_frames(run_view, np.array([1.5]), lambda share, text: None))
     np.testing.assert_array_equal(once[1], alone[0])
 
 
@@ -91,9 +91,9 @@ def test_a_gif_repeats(run_directory: Path, tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_shown_is_refused(run_directory: Path, tmp_path: Path) -> None:
-    with pytest.raises(StoryError, match=r"must end in one of \.mp4, \.gif, \.png"):
+    with pytest.raises(RunViewError, match=r"must end in one of \.mp4, \.gif, \.png"):
         animate(run_directory, tmp_path / "sip.avi")
-    with pytest.raises(StoryError, match="did you mean 'von_mises_mpa'"):
+    with pytest.raises(RunViewError, match="did you mean 'von_mises_mpa'"):
         animate(run_directory, tmp_path / "sip.mp4", field="von_mises")
     with pytest.raises(SolutionError, match="no run directory"):
         animate(tmp_path / "nowhere", tmp_path / "sip.mp4")

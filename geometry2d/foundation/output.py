@@ -12,12 +12,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from geometry2d.foundation.errors import DrinksimError
+
 PARTIAL = ".partial"
 RESULT_MARK = "summary.json"
 """Every finished output directory holds this file; only such a directory is ever replaced."""
 
 
-class OutputError(ValueError):
+class OutputError(DrinksimError):
     """The place for a result cannot be used."""
 
 

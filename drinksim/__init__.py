@@ -1,0 +1,1 @@
+"""A virtual consumer: how a package opening feels on the lips."""

@@ -1,0 +1,1 @@
+"""What every package stands on: the base of all errors, progress, results that appear whole."""
