@@ -17,42 +17,42 @@ MAY_IMPORT = {
     "drinksim": {"geometry2d", "mocap", "fem2d", "scenarios"},
 }
 
-FLOORS = """
-geometry2d.foundation
-geometry2d
-geometry2d.anatomy
-geometry2d.drawings
-geometry2d.views
-mocap
-mocap.video
-mocap.tracking
-mocap.motion
-mocap.formats
-mocap.synthetic
-mocap.measurement
-mocap.views
-mocap.convert
-fem2d
-fem2d.threads
-fem2d.materials
-fem2d.body
-fem2d.contact
-fem2d.loads
-fem2d.solvers
-fem2d.analyses
-fem2d.export
-scenarios
-scenarios.settings
-scenarios.results
-scenarios.sip
-scenarios.views
-scenarios.views.page
-scenarios.studies
-scenarios.export
-scenarios.recordings
-scenarios.cli
-drinksim
-""".split()
+FLOORS = (
+    "geometry2d.foundation",
+    "geometry2d",
+    "geometry2d.anatomy",
+    "geometry2d.drawings",
+    "geometry2d.views",
+    "mocap",
+    "mocap.video",
+    "mocap.tracking",
+    "mocap.motion",
+    "mocap.formats",
+    "mocap.synthetic",
+    "mocap.measurement",
+    "mocap.views",
+    "mocap.convert",
+    "fem2d",
+    "fem2d.threads",
+    "fem2d.materials",
+    "fem2d.body",
+    "fem2d.contact",
+    "fem2d.loads",
+    "fem2d.solvers",
+    "fem2d.analyses",
+    "fem2d.export",
+    "scenarios",
+    "scenarios.settings",
+    "scenarios.results",
+    "scenarios.sip",
+    "scenarios.views",
+    "scenarios.views.page",
+    "scenarios.studies",
+    "scenarios.export",
+    "scenarios.recordings",
+    "scenarios.cli",
+    "drinksim",
+)
 """The rooms from the ground up: a module imports from its own room and from those above its line.
 
 A package's own name stands for the files that lie in it beside its rooms.

@@ -1,42 +1,74 @@
-"""Results appear on disk whole or not at all.
+"""Results appear on disk whole or not at all, and nothing that is not ours is ever removed.
 
-Work is done beside the wanted place, under a name that ends in ``.partial``, and moved there when
-it is complete. What a killed run leaves behind cannot be taken for a result.
+A result directory is filled beside the place where it is to appear, under a name that ends in
+``.partial``, and renamed when it is complete. Every directory made here holds the file `MARK`; only
+marked directories are replaced or removed. The process that fills a directory holds a lock on its
+mark, which the operating system releases when the process ends, however it ends. Data are written
+to the disk before a name changes, so that a name never stands for data that a crash can take away.
+
+The next claim of a place repairs what a killed process left there. An incomplete draft is kept, to
+be resumed or discarded. A draft whose predecessor was already moved aside was complete, and it is
+moved into place. Drafts of single files carry the number of their process and go when it is dead.
 """
 
 from __future__ import annotations
 
+import glob
 import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from filelock import FileLock, Timeout
+
 from geometry2d.foundation.errors import DrinksimError
 
 PARTIAL = ".partial"
+OUTDATED = ".outdated"
+
+MARK = ".drinksim"
+"""Every directory made here holds this file; its lock is held while the directory is filled."""
+
 RESULT_MARK = "summary.json"
-"""Every finished output directory holds this file; only such a directory is ever replaced."""
+"""What a result says of itself."""
 
 
 class OutputError(DrinksimError):
     """The place for a result cannot be used."""
 
 
+class OutputBusyError(OutputError):
+    """Another process is filling the place for a result."""
+
+
+def place_of(out: Path) -> Path:
+    """Return the directory that ``out`` stands for: what it links to, if it is a link."""
+    return out.resolve() if out.is_symlink() else out
+
+
 def partial_directory(out: Path) -> Path:
-    """Return the name under which the directory ``out`` is worked on until it is complete."""
-    return out.with_name(out.name + PARTIAL)
+    """Return the name under which the directory ``out`` is filled until it is complete."""
+    place = place_of(out)
+    return place.with_name(place.name + PARTIAL)
 
 
 def check_replaceable(out: Path) -> None:
     """Refuse, with an :class:`OutputError`, a directory that cannot be written or is not ours."""
-    if not out.name:
+    place = place_of(out)
+    if not place.name:
         raise OutputError(f"--out {str(out)!r} names no directory of its own: give a new name")
-    if out.is_file():
+    if place.is_file():
         raise OutputError(f"--out {out} is a file: give a directory")
-    if out.is_dir() and any(out.iterdir()) and not (out / RESULT_MARK).is_file():
+    if place.is_dir() and any(place.iterdir()) and not _is_ours(place):
         raise OutputError(f"--out {out} holds files that are not results: give another directory")
-    check_writable(out)
+    for beside in (partial_directory(out), _outdated_directory(place)):
+        if beside.exists() and not _is_ours(beside):
+            raise OutputError(
+                f"{beside} is in the way and was not made by drinksim: rename it, or give another "
+                "--out"
+            )
+    check_writable(place)
 
 
 def check_writable(out: Path) -> None:
@@ -48,17 +80,79 @@ def check_writable(out: Path) -> None:
         raise OutputError(f"--out {out} cannot be written: no permission in {there}")
 
 
+@contextmanager
+def claimed(out: Path) -> Iterator[Path]:
+    """Yield the draft directory of ``out``, made if it is missing, for this process alone.
+
+    What a killed process left behind is repaired first; an incomplete draft is yielded as it is.
+
+    Raises
+    ------
+    OutputError
+        If ``out`` may not be replaced.
+    OutputBusyError
+        If another process is filling it.
+    """
+    check_replaceable(out)
+    partial = partial_directory(out)
+    while True:
+        partial.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(partial / MARK, blocking=False)
+        try:
+            lock.acquire()
+        except Timeout:
+            raise OutputBusyError(
+                f"another process is writing {out}: wait until it has ended, or give another --out"
+            ) from None
+        # A process that finished between the two lines above has taken its draft away.
+        if (partial / MARK).exists():
+            break
+        lock.release()
+    try:
+        if _repaired(partial, place_of(out)):
+            partial.mkdir(exist_ok=True)
+            (partial / MARK).touch()
+        yield partial
+    finally:
+        lock.release()
+
+
 def put_in_place(partial: Path, out: Path) -> None:
     """Move a complete directory to ``out``; an earlier result gives way at the last moment."""
     check_replaceable(out)
-    if out.exists():
-        outdated = out.with_name(out.name + ".outdated")
-        shutil.rmtree(outdated, ignore_errors=True)
-        out.rename(outdated)
-        partial.rename(out)
-        shutil.rmtree(outdated)
-    else:
-        partial.rename(out)
+    place = place_of(out)
+    (partial / MARK).touch()
+    _sync(partial)
+    outdated = _outdated_directory(place)
+    remove_directory(outdated)
+    if place.exists():
+        place.rename(outdated)
+    try:
+        partial.rename(place)
+    except OSError:
+        if outdated.exists():
+            outdated.rename(place)
+        raise
+    _sync_names(place.parent)
+    remove_directory(outdated)
+
+
+def remove_directory(folder: Path) -> None:
+    """Remove a directory that was made here; one that was not is left alone, silently."""
+    if _is_ours(folder):
+        # The mark goes last: what a killed removal leaves is still known to be ours.
+        empty_directory(folder)
+        (folder / MARK).unlink(missing_ok=True)
+        folder.rmdir()
+
+
+def empty_directory(folder: Path) -> None:
+    """Remove all that a directory holds but its mark."""
+    for inside in folder.iterdir():
+        if inside.is_dir() and not inside.is_symlink():
+            shutil.rmtree(inside)
+        elif inside.name != MARK:
+            inside.unlink()
 
 
 @contextmanager
@@ -67,27 +161,93 @@ def directory_at_once(out: Path) -> Iterator[Path]:
 
     Raises :class:`OutputError`, before the block is entered, if ``out`` may not be replaced.
     """
-    check_replaceable(out)
-    partial = partial_directory(out)
-    shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
-    try:
-        yield partial
-        put_in_place(partial, out)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+    with claimed(out) as partial:
+        empty_directory(partial)
+        try:
+            yield partial
+            put_in_place(partial, out)
+        finally:
+            remove_directory(partial)
 
 
 @contextmanager
 def file_at_once(out: Path) -> Iterator[Path]:
-    """Yield the name of a file to write (same ending); it becomes ``out`` if the block succeeds."""
+    """Yield the name of a file to write (same ending); it becomes ``out`` if the block succeeds.
+
+    A link is followed: the file that it names is replaced, not the link.
+    """
     if out.is_dir():
         raise OutputError(f"--out {out} is a directory: give a file name")
-    check_writable(out)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    partial = out.with_name(f".{out.stem}{PARTIAL}{out.suffix}")
+    place = place_of(out)
+    check_writable(place)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    _remove_dead_drafts(place)
+    partial = place.with_name(f".{place.stem}{PARTIAL}-{os.getpid()}{place.suffix}")
     try:
         yield partial
-        partial.replace(out)
+        _sync(partial)
+        partial.replace(place)
+        _sync_names(place.parent)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _outdated_directory(place: Path) -> Path:
+    return place.with_name(place.name + OUTDATED)
+
+
+def _is_ours(folder: Path) -> bool:
+    return folder.is_dir() and ((folder / MARK).is_file() or not any(folder.iterdir()))
+
+
+def _repaired(partial: Path, place: Path) -> bool:
+    """Bring names in order after a killed process; return whether the draft was put in place."""
+    outdated = _outdated_directory(place)
+    complete = outdated.is_dir() and any(inside.name != MARK for inside in partial.iterdir())
+    if outdated.is_dir() and not place.exists():
+        (partial if complete else outdated).rename(place)
+    remove_directory(outdated)
+    return not partial.exists()
+
+
+def _remove_dead_drafts(place: Path) -> None:
+    """Remove drafts of a file whose processes have ended."""
+    for draft in place.parent.glob(f".{glob.escape(place.stem)}{PARTIAL}-*{place.suffix}"):
+        number = draft.name.removesuffix(place.suffix).rpartition("-")[2]
+        if number.isdecimal() and not _is_alive(int(number)):
+            draft.unlink(missing_ok=True)
+
+
+def _is_alive(process: int) -> bool:
+    """Whether a process runs; where only asking would end it, yes."""
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True
+
+
+def _sync(there: Path) -> None:
+    """Write a file, or a directory and all that is in it, to the disk."""
+    if there.is_dir():
+        for inside in there.iterdir():
+            _sync(inside)
+        _sync_names(there)
+    elif not there.is_symlink():
+        # A descriptor that may write: some systems refuse to sync one that may only read.
+        with there.open("rb+") as stream:
+            os.fsync(stream.fileno())
+
+
+def _sync_names(folder: Path) -> None:
+    """Write the names in a directory to the disk, where the system can."""
+    if os.name == "posix":
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

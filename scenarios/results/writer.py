@@ -13,6 +13,7 @@ import json
 import shutil
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import fields as dataclass_fields
 from dataclasses import replace
 from importlib.metadata import version
@@ -24,10 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.output import (
-    check_replaceable,
+    claimed,
+    empty_directory,
     file_at_once,
-    partial_directory,
     put_in_place,
+    remove_directory,
 )
 from geometry2d.rigid import RigidPlacement
 from scenarios.results.solution import (
@@ -60,15 +62,19 @@ class SolutionWriter:
     """
 
     def __init__(self, out: Path, scenario_toml: str, *, resume: bool) -> None:
-        check_replaceable(out)
         self.out = out
-        self.partial = partial_directory(out)
+        self._claim = ExitStack()
+        self.partial = self._claim.enter_context(claimed(out))
         self._increments = self.partial / "increments"
         self._started = time.monotonic()
         if resume and self._increments.is_dir():
-            self._check_same_scenario(scenario_toml)
-        elif self.partial.exists():
-            shutil.rmtree(self.partial)
+            try:
+                self._check_same_scenario(scenario_toml)
+            except SolutionError:
+                self._claim.close()
+                raise
+        else:
+            empty_directory(self.partial)
         self._increments.mkdir(parents=True, exist_ok=True)
         (self.partial / "scenario.toml").write_text(scenario_toml, encoding="utf-8")
         self.count = len(self._files())
@@ -81,6 +87,7 @@ class SolutionWriter:
         """Leave nothing behind if the run failed before there was anything to go on from."""
         if kind is not None and self.count == 0:
             self.discard()
+        self._claim.close()
 
     @property
     def folder(self) -> Path:
@@ -147,7 +154,8 @@ class SolutionWriter:
 
     def discard(self) -> None:
         """Remove what has been written."""
-        shutil.rmtree(self.partial, ignore_errors=True)
+        remove_directory(self.partial)
+        self._claim.close()
 
     def finish(self, *, finished: bool, sentence: str, about: Mapping[str, Any]) -> dict[str, Any]:
         """Write history.csv, fields.h5 and summary.json, and put the directory in its place.
@@ -183,6 +191,7 @@ class SolutionWriter:
         self._state_file(self.count - 1).unlink()
         (self.partial / "model.npz").unlink()
         put_in_place(self.partial, self.out)
+        self._claim.close()
         return summary
 
     def _state_file(self, number: int) -> Path:

@@ -15,7 +15,6 @@ import csv
 import dataclasses
 import json
 import math
-import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -30,7 +29,12 @@ from fem2d.materials.library import MaterialCard, configuration_cards, material_
 from fem2d.materials.material import Material
 from fem2d.solvers.static import Settled, settle
 from geometry2d.foundation.errors import DrinksimError
-from geometry2d.foundation.output import check_replaceable, partial_directory, put_in_place
+from geometry2d.foundation.output import (
+    check_replaceable,
+    claimed,
+    empty_directory,
+    put_in_place,
+)
 from geometry2d.foundation.progress import Progress
 from scenarios.settings.tables import setting
 from scenarios.studies.aspiration import write_summary, write_table
@@ -516,43 +520,43 @@ def calibration_study(
         "target": [target.suction_kpa.tolist(), target.apex_mm.tolist()],
         "options": dataclasses.asdict(chosen),
     }
-    folder = partial_directory(out)
-    kept = _kept_evaluations(folder, request)
-    curve = SuctionCurve(
-        model, lambda values: layers_with(cards, parameters, values), target.suction_kpa
-    )
+    with claimed(out) as folder:
+        kept = _kept_evaluations(folder, request)
+        curve = SuctionCurve(
+            model, lambda values: layers_with(cards, parameters, values), target.suction_kpa
+        )
 
-    def remembered(logarithms: Array) -> Evaluation:
-        if logarithms.tobytes() in kept:
-            return kept[logarithms.tobytes()]
-        evaluation = curve.at(logarithms)
-        with (folder / EVALUATIONS).open("a", encoding="utf-8") as file:
-            row = {k: np.asarray(v).tolist() for k, v in vars(evaluation).items()}
-            file.write(json.dumps(row) + "\n")
-        return evaluation
+        def remembered(logarithms: Array) -> Evaluation:
+            if logarithms.tobytes() in kept:
+                return kept[logarithms.tobytes()]
+            evaluation = curve.at(logarithms)
+            with (folder / EVALUATIONS).open("a", encoding="utf-8") as file:
+                row = {k: np.asarray(v).tolist() for k, v in vars(evaluation).items()}
+                file.write(json.dumps(row) + "\n")
+            return evaluation
 
-    fit = fitted(remembered, parameters, target.apex_mm, chosen, progress=progress)
-    written = np.array([_number(cards[p.layer].parameters[p.key]) for p in parameters])
-    at_written = curve.at(np.log(written)).apex_mm
-    range_mm = float(np.max(target.apex_mm))
-    written_rms = float(np.sqrt(np.mean((at_written - target.apex_mm) ** 2))) / range_mm
-    sentences = _said(fit, written_rms)
-    (folder / "calibration.json").write_text(
-        json.dumps(_table(fit, written, written_rms), indent=2, ensure_ascii=False) + "\n",
-        encoding="utf-8",
-    )
-    columns = (target.suction_kpa, target.apex_mm, fit.evaluation.apex_mm)
-    write_table(
-        folder / "fit.csv",
-        ("pressure_kpa", "target_mm", "fitted_mm"),
-        list(zip(*columns, strict=True)),
-    )
-    _plot(folder / "calibration.png", configuration, target, fit, at_written)
-    write_summary(folder, {**request, "remarks": sentences})
-    (folder / EVALUATIONS).unlink(missing_ok=True)
-    (folder / REQUEST).unlink()
-    put_in_place(folder, out)
-    return CalibrationResult(out, sentences, fit.converged)
+        fit = fitted(remembered, parameters, target.apex_mm, chosen, progress=progress)
+        written = np.array([_number(cards[p.layer].parameters[p.key]) for p in parameters])
+        at_written = curve.at(np.log(written)).apex_mm
+        range_mm = float(np.max(target.apex_mm))
+        written_rms = float(np.sqrt(np.mean((at_written - target.apex_mm) ** 2))) / range_mm
+        sentences = _said(fit, written_rms)
+        (folder / "calibration.json").write_text(
+            json.dumps(_table(fit, written, written_rms), indent=2, ensure_ascii=False) + "\n",
+            encoding="utf-8",
+        )
+        columns = (target.suction_kpa, target.apex_mm, fit.evaluation.apex_mm)
+        write_table(
+            folder / "fit.csv",
+            ("pressure_kpa", "target_mm", "fitted_mm"),
+            list(zip(*columns, strict=True)),
+        )
+        _plot(folder / "calibration.png", configuration, target, fit, at_written)
+        write_summary(folder, {**request, "remarks": sentences})
+        (folder / EVALUATIONS).unlink(missing_ok=True)
+        (folder / REQUEST).unlink()
+        put_in_place(folder, out)
+        return CalibrationResult(out, sentences, fit.converged)
 
 
 def _kept_evaluations(folder: Path, request: Mapping[str, Any]) -> dict[bytes, Evaluation]:
@@ -560,8 +564,7 @@ def _kept_evaluations(folder: Path, request: Mapping[str, Any]) -> dict[bytes, E
     asked = json.dumps(request, indent=2, ensure_ascii=False)
     known = folder / REQUEST
     if not (known.is_file() and known.read_text(encoding="utf-8") == asked):
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(parents=True)
+        empty_directory(folder)
         known.write_text(asked, encoding="utf-8")
     kept: dict[bytes, Evaluation] = {}
     file = folder / EVALUATIONS

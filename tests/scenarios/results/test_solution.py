@@ -77,10 +77,10 @@ def test_a_killed_run_goes_on_where_it_was(
     tmp_path: Path, model: Model, increments: list[Increment], run_directory: Path
 ) -> None:
     out = tmp_path / "run"
-    killed = SolutionWriter(out, TOML, resume=False)
-    killed.model(model)
-    for increment in increments[:4]:
-        killed.commit(increment)
+    with SolutionWriter(out, TOML, resume=False) as killed:  # the end of a process frees the place
+        killed.model(model)
+        for increment in increments[:4]:
+            killed.commit(increment)
     # What a kill in the middle of the next write leaves behind.
     (killed.folder / "increments" / ".000004.partial.npz").write_bytes(b"half a file")
     (killed.folder / "state-000004.npz").write_bytes(b"half a file")
@@ -101,6 +101,7 @@ def test_a_killed_run_goes_on_where_it_was(
         with h5py.File(out / "fields.h5") as a, h5py.File(run_directory / "fields.h5") as b:
             np.testing.assert_array_equal(a[name][:], b[name][:])
     assert sorted(path.name for path in out.iterdir()) == [
+        ".drinksim",
         "fields.h5",
         "history.csv",
         "run.log",
@@ -111,7 +112,8 @@ def test_a_killed_run_goes_on_where_it_was(
 
 def test_other_settings_are_not_resumed(tmp_path: Path, increments: list[Increment]) -> None:
     out = tmp_path / "run"
-    SolutionWriter(out, TOML, resume=False).commit(increments[0])
+    with SolutionWriter(out, TOML, resume=False) as writer:
+        writer.commit(increments[0])
     with pytest.raises(SolutionError, match="without --resume"):
         SolutionWriter(out, TOML + "# other\n", resume=True)
     assert SolutionWriter(out, TOML, resume=False).last() is None
