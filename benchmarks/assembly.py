@@ -1,6 +1,6 @@
 """Compiled assembly against scikit-fem's own, side by side: force and stiffness of the same body.
 
-    OMP_NUM_THREADS=1 python benchmarks/assembly.py
+    OMP_NUM_THREADS=1 python -m benchmarks.assembly
 
 The body is the two-material block of 20,000 four-node elements. Both sides start from nodal
 displacements and end with a force vector and a CSR matrix. scikit-fem's side interpolates the

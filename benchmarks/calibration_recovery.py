@@ -4,7 +4,7 @@ Forty times, a suction curve of L2-Ogden with known parameters and independent G
 calibrated from the printed first guesses. Written into the directory given: ``recovery.csv`` (one
 row a trial and parameter), ``recovery.png`` and the coverage on the screen.
 
-    python benchmarks/calibration_recovery.py out
+    python -m benchmarks.calibration_recovery out
 
 About ten minutes on one core; the mesh is coarse, because truth and fit share it.
 """

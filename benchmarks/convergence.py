@@ -1,6 +1,6 @@
 """What moves in a sip when mesh and steps are refined.
 
-    python benchmarks/convergence.py [A38-F ...] [--resolutions coarse standard fine thesis]
+    python -m benchmarks.convergence [A38-F ...] [--resolutions coarse standard fine thesis]
                                      [--halved standard]
 
 Replays each scenario at each resolution, and once more at the resolution named by ``--halved`` with

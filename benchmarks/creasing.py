@@ -1,6 +1,6 @@
 """When skins crease: half-spaces by energy, and compressed blocks until a valley touches itself.
 
-    python benchmarks/creasing.py [L1 L2-GOH L2-Ogden L3] [--sectors 8 16] [--sizes 0.6 0.3]
+    python -m benchmarks.creasing [L1 L2-GOH L2-Ogden L3] [--sectors 8 16] [--sizes 0.6 0.3]
 
 *Half-spaces.* A crease is local, so the outermost layer decides, under the compression along its
 surface. `fem2d.analyses.creasing` finds the compression at which a fold of any size costs as much
@@ -36,20 +36,15 @@ from fem2d.analyses.creasing import CreasingError, creasing
 from fem2d.analyses.wrinkling import Layer, StabilityError, wrinkling
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
-from fem2d.contact.laws import FrictionLaw, NormalLaw
-from fem2d.contact.rigid import RigidContact
-from fem2d.contact.self_contact import SelfContact, SelfContactResponse
-from fem2d.loads.tie import ElasticTie
+from fem2d.contact.self_contact import SelfContactResponse
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material
 from fem2d.materials.neo_hookean import NeoHookean
-from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import Commit, StepSettings, march
 from fem2d.solvers.model import System
-from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
+from tests.support.squeezed_block import squeezed
 
 DEPTH_MM = 12.0
 THICKNESS_MM = {"dermis": 1.195, "hypodermis": 2.87}
@@ -58,7 +53,6 @@ SHORTENING, DURATION_S = 0.5, 300.0
 LENGTH_WITHOUT_WAVES_MM = 24.0
 APART_MM = 1.2
 """Parts of the surface nearer than this along it touch in one sharp valley, others in a fold."""
-ROLLER_MPA_PER_MM = 50.0
 PLANES = (Plane.STRESS, Plane.STRAIN)
 
 
@@ -125,45 +119,6 @@ def block(layers: dict[str, Layer], plane: Plane, length: float, size: float) ->
         {name: np.flatnonzero(layer_of == number) for number, name in enumerate(layers)}
     )
     return Body.of(mesh, {name: layer.material for name, layer in layers.items()}, plane=plane)
-
-
-def squeezed(
-    body: Body,
-    motion: RigidMotion,
-    length: float,
-    *,
-    roller_mpa_per_mm: float = ROLLER_MPA_PER_MM,
-    friction: float = 0.0,
-) -> System:
-    """Return the block between rollers, the right ones moving; walls stand for mirror images.
-
-    Skin touches skin with ``friction``.
-    """
-    surface = {
-        name: Surface(body.edges(name), body.nodes) for name in ("top", "bottom", "left", "right")
-    }
-    normal, smooth = NormalLaw(), FrictionLaw(0.0)
-    rollers = (
-        ElasticTie("below", surface["bottom"], roller_mpa_per_mm, 0.0, only_along=(0.0, 1.0)),
-        ElasticTie("left", surface["left"], roller_mpa_per_mm, 0.0, only_along=(1.0, 0.0)),
-        ElasticTie(
-            "right", surface["right"], roller_mpa_per_mm, 0.0, motion.at(0.0), only_along=(1.0, 0.0)
-        ),
-    )
-    left = Outline.from_corners([[-5, -20], [0, -20], [0, 60], [-5, 60]], 0.0)
-    walls = (
-        RigidContact("left", surface["top"], left, normal, smooth, moving=False),
-        RigidContact("right", surface["top"], left.moved(0, (length + 5, 0)), normal, smooth),
-    )
-    fold = SelfContact(
-        "fold",
-        (surface["top"],),
-        normal,
-        FrictionLaw(friction),
-        reach_mm=0.5,
-        itself=True,
-    )
-    return System(body, walls, rollers, Inertia(1e-9, 0.0, 0.02), (fold,))
 
 
 class Seen:

@@ -1,6 +1,6 @@
 """Accuracy per second of the element types: why every model uses the six-node triangle.
 
-    OMP_NUM_THREADS=1 python benchmarks/elements.py
+    OMP_NUM_THREADS=1 python -m benchmarks.elements
 
 Three problems of the library's own tissue, all in plane strain at ν = 0.49: Cook's membrane; a
 strip of dermis, two cells thick, that bends under its own edge load; and the two-material block

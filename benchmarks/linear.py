@@ -1,6 +1,6 @@
 """Which sparse direct solver: factor and solve times on the matrices of the lip press.
 
-    python benchmarks/linear.py [--repeats 7]
+    python -m benchmarks.linear [--repeats 7]
 
 The matrices are tangents in the middle of a drag: unsymmetric where points slip, indefinite where
 skin is compressed; solutions are as exact as a Newton step asks. Prints medians in milliseconds of
@@ -14,8 +14,8 @@ import statistics
 import time
 
 import numpy as np
-from lip_press import CASES, model, pressed
 
+from benchmarks.lip_press import CASES, model, pressed
 from fem2d.solvers.linear import DirectSolver, Pardiso, RefinedPardiso, SuperLu
 from fem2d.solvers.newton import STEP_RESIDUAL
 

@@ -1,6 +1,6 @@
 """The peers' lip press: a circle pressed 3 mm into skin and dragged 4 mm with friction 1.
 
-    python benchmarks/lip_press.py [--repeats 3] [--fine] [CASE ...]
+    python -m benchmarks.lip_press [--repeats 3] [--fine] [CASE ...]
 
 Block 20 mm × 12 mm, upper tenth Ogden skin (μ 0.05 MPa, α 10.789), ν = 0.49, bottom fixed, penalty
 10 MPa/mm normal and tangential, 30 + 40 steps: the settings at which DOLFINx, GetFEM, FElupe, FEBio
@@ -27,8 +27,6 @@ from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.loads.tie import ElasticTie
-from fem2d.materials.neo_hookean import NeoHookean
-from fem2d.materials.ogden import Ogden
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import Commit, MarchStatus, StepSettings, march
@@ -36,8 +34,13 @@ from fem2d.solvers.model import System
 from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.state import State
 from geometry2d.mesh import polygon_mesh
-from geometry2d.outline import Outline
-from geometry2d.rigid import RigidMotion
+from tests.support.contact_models import (
+    LIP_PRESS,
+    LIP_PRESS_CIRCLE,
+    LIP_PRESS_LAYERS,
+    LIP_PRESS_MATERIALS,
+    LIP_PRESS_SIZE_MM,
+)
 
 
 @dataclass(frozen=True)
@@ -66,13 +69,6 @@ CASES = {
     for edge_mm in (0.4, 0.2, 0.1, 0.05)
 }
 
-SAMPLES = np.linspace(0, 2, 401)
-MOTION = RigidMotion(
-    SAMPLES,
-    np.zeros_like(SAMPLES),
-    np.column_stack([4 * np.clip(SAMPLES - 1, 0, 1), -3 * np.clip(SAMPLES, 0, 1)]),
-)
-
 
 def graded(edge_mm: float) -> skfem.MeshTri:
     """Return the block in triangles that grow with the distance from where the circle touches.
@@ -95,27 +91,24 @@ def graded(edge_mm: float) -> skfem.MeshTri:
 
 def model(name: str) -> System:
     case = CASES[name]
+    width, height = LIP_PRESS_SIZE_MM
     if case.edge_mm is None:
         mesh = skfem.MeshQuad.init_tensor(
-            np.linspace(0, 20, case.columns + 1), np.linspace(0, 12, case.rows + 1)
+            np.linspace(0, width, case.columns + 1), np.linspace(0, height, case.rows + 1)
         )
     else:
         mesh = graded(case.edge_mm)
     mesh = mesh.with_boundaries(
-        {"top": lambda p: np.isclose(p[1], 12), "bottom": lambda p: np.isclose(p[1], 0)}
-    ).with_subdomains({"dermis": lambda p: p[1] > 10.8, "bulk": lambda p: p[1] < 10.8})
-    materials = {
-        "dermis": Ogden.from_poisson((0.05,), (10.789,), 0.49),
-        "bulk": NeoHookean.from_poisson(0.0041867, 0.49),
-    }
-    body = Body.of(mesh, materials, plane=case.plane, element=case.element)
+        {"top": lambda p: np.isclose(p[1], height), "bottom": lambda p: np.isclose(p[1], 0)}
+    ).with_subdomains(LIP_PRESS_LAYERS)
+    body = Body.of(mesh, LIP_PRESS_MATERIALS, plane=case.plane, element=case.element)
     top = Surface(
         body.edges("top"), body.nodes, points_per_edge=2, at_nodes=case.edge_mm is not None
     )
     pair = RigidContact(
         "circle",
         top,
-        Outline.circle([10, 16], 4),
+        LIP_PRESS_CIRCLE,
         NormalLaw(case.penalty_mpa_per_mm, 1e-9 if not case.own_steps else 1e-3),
         FrictionLaw(1.0, 10.0),
     )
@@ -130,11 +123,11 @@ def pressed(
     begin = 0.0 if start is None else start.time_s
     step = (end_s - begin) / increments
     if start is None:
-        start = system.state_at_rest(0.0, MOTION.at(0.0), next_step_s=step)
+        start = system.state_at_rest(0.0, LIP_PRESS.at(0.0), next_step_s=step)
     kept: list[Commit] = [] if commits is None else commits
     result = march(
         system,
-        MOTION,
+        LIP_PRESS,
         start,
         solver=fastest_solver(threads=2),
         end_s=end_s,
@@ -154,9 +147,9 @@ def run(system: System, own_steps: bool) -> tuple[list[Commit], float, float]:
     commits: list[Commit] = []
     begin, begin_processor = time.perf_counter(), time.process_time()
     if own_steps:
-        start = system.state_at_rest(0.0, MOTION.at(0.0), next_step_s=0.05)
+        start = system.state_at_rest(0.0, LIP_PRESS.at(0.0), next_step_s=0.05)
         result = march(
-            system, MOTION, start, solver=fastest_solver(threads=2),
+            system, LIP_PRESS, start, solver=fastest_solver(threads=2),
             steps=StepSettings(longest_s=0.06, travel_mm=0.2, accuracy_mm=np.inf),
             on_commit=commits.append,
         )  # fmt: skip

@@ -1,6 +1,6 @@
 """The lip press here and in DOLFINx, in turn: medians by the clock and of processor time.
 
-    python benchmarks/lip_press_beside_dolfinx.py [--repeats 3] [--fine] [--python /usr/bin/python3]
+    python -m benchmarks.lip_press_beside_dolfinx [--repeats 3] [--fine] [--python /usr/bin/python3]
 
 Every run is a process of its own (lip_press.py, lip_press_dolfinx.py) with one thread for BLAS.
 Where other work keeps the machine busy, compare processor times only. "own" is compared with
@@ -43,7 +43,7 @@ def main() -> None:
     parser.add_argument("--python", default="/usr/bin/python3", help="the one that has DOLFINx")
     options = parser.parse_args()
     mesh = "fine" if options.fine else "coarse"
-    ours = [sys.executable, str(HERE / "lip_press.py"), "--repeats", "1"]
+    ours = [sys.executable, "-m", "benchmarks.lip_press", "--repeats", "1"]
     theirs = [options.python, str(HERE / "lip_press_dolfinx.py"), mesh, "--plane"]
     commands = {
         "strain": [*ours, f"{mesh} strain"],

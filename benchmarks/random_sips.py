@@ -1,6 +1,6 @@
 """Draw sips at random: does every one run to the end, and what does it cost.
 
-    python benchmarks/random_sips.py [--count 12] [--first-seed 0] [--resolution coarse]
+    python -m benchmarks.random_sips [--count 12] [--first-seed 0] [--resolution coarse]
 
 Each seed draws, uniformly and independently: a scenario of the library; friction 0…1.5; the
 dermis' stiffness ½…2 times; a shift of the neck by up to ± 2 mm in x and y and a turn by up to

@@ -1,6 +1,6 @@
 """What the thesis says in numbers about its section of the head, measured on runs of ours.
 
-    python benchmarks/thesis_2d.py RUN...
+    python -m benchmarks.thesis_2d RUN...
 
 ``RUN`` are run directories of `drinksim replay`; a run in plane strain is compared with the one of
 the same scenario in plane stress. docs/scenarios.md holds the answers beside the thesis'.

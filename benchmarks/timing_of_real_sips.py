@@ -1,6 +1,6 @@
 """Timing of real drinking motions: the numbers in ``scenarios/library/timing.toml``.
 
-    python benchmarks/timing_of_real_sips.py 14_37.bvh S240501-1155_P07_T01_0-394.trc
+    python -m benchmarks.timing_of_real_sips 14_37.bvh S240501-1155_P07_T01_0-394.trc
 
 The first file is trial 14_37, "drink soda", of the CMU graphics-lab motion capture database
 (mocap.cs.cmu.edu; created with funding from NSF EIA-0196217), as BVH; the second is a trial of

@@ -28,7 +28,8 @@ from numpy.typing import NDArray
 
 from benchmarks.tracking_takes import HEADINGS, Take, relative_truth
 from geometry2d.rigid import rotated
-from mocap.convert import Measurement, measure
+from mocap.convert import measure
+from mocap.measurement import Measurement
 from mocap.motion.scale import Picture
 from mocap.synthetic.rendering import Truth
 from mocap.tracking.follow import follow

@@ -1,6 +1,6 @@
 """Each scenario with one setting changed at a time, and what that changes.
 
-    python benchmarks/variants.py [A38-F ...] [--resolution coarse]
+    python -m benchmarks.variants [A38-F ...] [--resolution coarse]
 
 Friction 0, 0.5 and 1.5 instead of 1, a dermis half and twice as stiff, the neck shifted by 2 mm
 back, forward, down and up: with the scenario as it is, ten runs each.

@@ -15,7 +15,6 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
-from fem2d.materials.material import compressibility
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
 from fem2d.solvers.inertia import Inertia
@@ -218,23 +217,31 @@ def force_on_tissue(commit: Commit) -> np.ndarray:
 LIP_PRESS = path([0, 1, 2], [[0, 0], [0, -3], [4, -3]])
 """Three millimetres down, four sideways."""
 
+LIP_PRESS_SIZE_MM = (20.0, 12.0)
+LIP_PRESS_CIRCLE = Outline.circle([10, 16], 4)
+LIP_PRESS_LAYERS = {"dermis": lambda p: p[1] > 10.8, "bulk": lambda p: p[1] < 10.8}
+LIP_PRESS_MATERIALS = {
+    "dermis": Ogden.from_poisson((0.05,), (10.789,), 0.49),
+    "bulk": NeoHookean.from_poisson(0.0041867, 0.49),
+}
+
 
 def lip_press(columns=50, rows=40, *, plane=Plane.STRAIN, element="Q4", angle=0.0, **options):
-    """PEERS' benchmark: a circle of radius 4 mm pressed and dragged over a skin-like block.
+    """The peers' benchmark: a circle of radius 4 mm pressed and dragged over a skin-like block.
 
     20 mm × 12 mm, bottom fixed, the upper tenth Ogden skin of ν = 0.49; friction 1; penalties of
     10 MPa/mm. ``angle`` turns the whole problem. Returns the system; `LIP_PRESS` is the motion.
     """
-    x, y = np.linspace(0, 20, columns + 1), np.linspace(0, 12, rows + 1)
-    layers = {"dermis": lambda p: p[1] > 10.8, "bulk": lambda p: p[1] < 10.8}
-    shear, bulk = 0.05, 0.0083734
-    materials = {
-        "dermis": Ogden((shear,), (10.789,), (compressibility(shear, 0.49),)),
-        "bulk": NeoHookean(0.5 * bulk, compressibility(bulk, 0.49)),
-    }
-    body = block(x, y, materials, plane=plane, element=element, angle=angle, layers=layers)
+    x, y = (
+        np.linspace(0, size, count + 1)
+        for size, count in zip(LIP_PRESS_SIZE_MM, (columns, rows), strict=True)
+    )
+    body = block(
+        x, y, LIP_PRESS_MATERIALS, plane=plane, element=element, angle=angle,
+        layers=LIP_PRESS_LAYERS,
+    )  # fmt: skip
     top = Surface(body.edges("top"), body.nodes, points_per_edge=options.pop("points", 2))
-    lip = Outline.circle([10, 16], 4).moved(angle, [0, 0])
+    lip = LIP_PRESS_CIRCLE.moved(angle, [0, 0])
     normal = options.pop("normal", NormalLaw(10.0, 1e-9))
     friction = options.pop("friction", FrictionLaw(1.0, 10.0))
     held = np.concatenate([unknowns(body, "bottom", 0), unknowns(body, "bottom", 1)])

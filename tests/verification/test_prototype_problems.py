@@ -2,9 +2,15 @@
 
 import numpy as np
 import pytest
-from prototype_problems import Case, force_on_tissue, model, penetration_mm, run
 
 from fem2d.solvers.march import MarchStatus
+from tests.support.prototype_problems import (
+    Case,
+    force_on_tissue,
+    model,
+    penetration_mm,
+    run,
+)
 
 
 def test_pressed_and_dragged_block():

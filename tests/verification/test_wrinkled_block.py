@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 import skfem
-from creasing import squeezed
 
 from fem2d.analyses.wrinkling import Layer, wrinkling
 from fem2d.body.body import Body
@@ -17,6 +16,7 @@ from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import Commit, MarchResult, MarchStatus, StepSettings, march
 from fem2d.solvers.stability import Instability, softest_mode
 from geometry2d.rigid import RigidMotion
+from tests.support.squeezed_block import squeezed
 
 pytestmark = pytest.mark.slow
 

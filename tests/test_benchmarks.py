@@ -1,0 +1,16 @@
+"""Benchmarks are run by hand and seldom: what they import must exist all the same."""
+
+import importlib
+from pathlib import Path
+
+import pytest
+
+BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
+OF_OTHERS = {"lip_press_dolfinx", "lip_press_felupe"}
+"""Run in environments of their own, beside a library that this one lacks."""
+NAMES = sorted(path.stem for path in BENCHMARKS.glob("*.py") if path.stem not in OF_OTHERS)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_benchmark_finds_what_it_imports(name):
+    assert importlib.import_module(f"benchmarks.{name}").__doc__
