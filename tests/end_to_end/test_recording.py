@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +24,22 @@ from mocap.video.frames import Video
 
 ROOT = Path(__file__).parents[2]
 SIP = ROOT / "scenarios" / "library" / "A38-F"
-BALL = ROOT / "tests" / "data" / "projectile"
-BOTTLES = ROOT / "tests" / "data" / "bottle" / "bottle.mp4"
+# Two bright marks on a wall, 0.80 m apart, and a ball thrown between them.
+BALL_MARKERS = """
+[scale]
+wall = 800.0
+[markers]
+left_mark = [330, 497]
+right_mark = [798, 497]
+ball = [887, 1102]
+[bodies]
+wall = ["left_mark", "right_mark"]
+ball = ["ball"]
+moving = "ball"
+reference = "wall"
+[tracking]
+polarity = "light"
+"""
 # The neck is near the lips while its lower mark is this close to its nearest place, mm.
 NEAR_MM = 30.0
 
@@ -36,9 +51,13 @@ def sip(tmp_path_factory: pytest.TempPathFactory) -> ConvertResult:
 
 
 @pytest.fixture(scope="module")
-def ball(tmp_path_factory: pytest.TempPathFactory) -> ConvertResult:
-    out = tmp_path_factory.mktemp("ball") / "result"
-    return convert(BALL / "projetil.mp4", BALL / "markers.toml", out)
+def ball(
+    tmp_path_factory: pytest.TempPathFactory, recorded: Callable[[str], Path]
+) -> ConvertResult:
+    folder = tmp_path_factory.mktemp("ball")
+    (folder / "markers.toml").write_text(BALL_MARKERS, encoding="utf-8")
+    video = recorded("projectile/projetil.mp4")
+    return convert(video, folder / "markers.toml", folder / "result")
 
 
 def columns(path: Path) -> dict[str, np.ndarray]:
@@ -142,12 +161,14 @@ def test_overlay_plays_in_a_browser(sip: ConvertResult) -> None:
     np.testing.assert_allclose(times, sip.tracks.time_s - sip.tracks.time_s[0], atol=1e-3)
 
 
-def test_the_ball_agrees_with_the_independent_record(ball: ConvertResult) -> None:
+def test_the_ball_agrees_with_the_independent_record(
+    ball: ConvertResult, recorded: Callable[[str], Path]
+) -> None:
     """Row k of the record is frame k + 2; its first rows, at the throw, belong to no one instant.
 
     The record's origin was placed by hand, so a constant shift between the two means nothing.
     """
-    record = np.loadtxt(BALL / "massa_A.txt", skiprows=2)
+    record = np.loadtxt(recorded("projectile/massa_A.txt"), skiprows=2)
     row = {int(frame): i for i, frame in enumerate(ball.motion.frame)}
     k = np.arange(6, len(record))
     ours = ball.motion.relative_mm[[row[i + 2] for i in k]]
@@ -176,11 +197,13 @@ def test_one_marker_bodies_do_not_turn(ball: ConvertResult) -> None:
     assert any("one marker" in warning for warning in ball.summary["warnings"])
 
 
-def test_a_video_without_face_and_package_is_refused_in_words(tmp_path: Path) -> None:
+def test_a_video_without_face_and_package_is_refused_in_words(
+    tmp_path: Path, recorded: Callable[[str], Path]
+) -> None:
     markers = tmp_path / "markers.toml"
     markers.write_text("[scale]\npackage = 14.0\n[markers]\n")
     with pytest.raises(TrackingError) as caught:
-        convert(BALL / "projetil.mp4", markers, tmp_path / "out")
+        convert(recorded("projectile/projetil.mp4"), markers, tmp_path / "out")
     message = str(caught.value)
     assert "round spots were found" in message
     assert "ear, nose, package_lower, package_upper looked for" in message
@@ -211,16 +234,19 @@ def test_markers_are_told_by_their_layout_wherever_the_clip_starts(
                 assert np.hypot(*apart) < 1.0, (frame.index, marker)
 
 
-def test_bottles_without_markers_are_refused_wherever_the_clip_starts(tmp_path: Path) -> None:
+def test_bottles_without_markers_are_refused_wherever_the_clip_starts(
+    tmp_path: Path, recorded: Callable[[str], Path]
+) -> None:
+    bottles = recorded("bottle.mp4")
     markers = tmp_path / "markers.toml"
     markers.write_text("[scale]\npackage = 14.0\n[markers]\n")
     wanted = read_markers(markers)
-    for frame in Video(BOTTLES).frames():
+    for frame in Video(bottles).frames():
         if frame.index % 20 == 0:
             with pytest.raises(TrackingError, match=r"package_upper.* looked for|looked for 4"):
                 locate_markers(frame.image, wanted, frame.index)
     with pytest.raises(TrackingError) as caught:
-        convert(BOTTLES, markers, tmp_path / "out")
+        convert(bottles, markers, tmp_path / "out")
     assert "frame 0: 7 round spots were found" in str(caught.value)
     assert "ear, nose, package_lower, package_upper looked for" in str(caught.value)
     assert [path.name for path in tmp_path.iterdir()] == ["markers.toml"]

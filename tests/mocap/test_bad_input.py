@@ -15,11 +15,12 @@ import numpy as np
 import pytest
 
 from mocap.convert import convert
+from mocap.formats.marker_table import MarkerTable
+from mocap.formats.trc import write_trc
 from mocap.synthetic.rendering import write_recording
 from mocap.video.frames import Video
 from tests.support.clips import Clip
 
-DATA = Path(__file__).parents[1] / "data"
 CLIP = Clip(width=480, height=300, px_per_mm=1.45, frames=14)
 
 
@@ -55,9 +56,20 @@ def marker_file(folder: Path, change: Callable[[str], str]) -> Inputs:
     return replace(good(), markers=folder / "in.toml")
 
 
+def without_positions(folder: Path) -> Inputs:
+    return marker_file(folder, lambda text: re.sub(r"\n\w+ = \[.*\]", "", text))
+
+
 def tracks_file(folder: Path, rows: str) -> Inputs:
     (folder / "in.csv").write_text(f"frame,time_s,marker,x_px,y_px,sigma_px,status\n{rows}")
     return replace(good(), tracks=folder / "in.csv")
+
+
+def trc_cut_short(folder: Path) -> Inputs:
+    file = folder / "in.trc"
+    write_trc(MarkerTable(np.arange(14) / 25, ("ear",), np.ones((14, 1, 3)), "mm"), file)
+    file.write_text("".join(file.read_text().splitlines(keepends=True)[:-3]))
+    return replace(good(), tracks=file)
 
 
 def cut_short(folder: Path) -> Inputs:
@@ -153,6 +165,10 @@ CASES: dict[str, tuple[Callable[[Path], Inputs], str]] = {
         r"frame 0 shows nothing",
     ),
     "markers never visible": (never_visible, r"\w+: no dark or light spot of its own within"),
+    "no face and no package": (
+        lambda folder: replace(never_visible(folder), markers=without_positions(folder).markers),
+        r"frame 0: looked for 4 markers \(ear, nose, package_lower, package_upper\) and found 0",
+    ),
     "markers visible once": (
         visible_once,
         r"both bodies have all their markers in a single frame only \(frame 0\)",
@@ -198,10 +214,7 @@ CASES: dict[str, tuple[Callable[[Path], Inputs], str]] = {
         lambda folder: tracks_file(folder, "3,0.12,ear,5000,100,0.1,fixed\n"),
         r"--tracks: ear in frame 3 lies at \[5000, 100\], off the picture of 480 x 300",
     ),
-    "trc cut short": (
-        lambda _: replace(good(), tracks=DATA / "formats" / "markers.trc"),
-        r"markers\.trc: announces 652 frames and holds 93",
-    ),
+    "trc cut short": (trc_cut_short, r"in\.trc: announces 14 frames and holds 11"),
 }
 
 

@@ -33,8 +33,9 @@ from tests.support.contact_models import (
     still,
     unknowns,
 )
+from tests.support.optional import needed_module
 
-ipctk = pytest.importorskip("ipctk")
+ipctk = needed_module("ipctk")
 
 REACH_MM = 2e-3
 """Distance at which the barrier sets in."""

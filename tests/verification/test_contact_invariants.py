@@ -12,6 +12,7 @@ from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.step import attempt
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 from tests.support.contact_models import FINE, LIP_PRESS, followed, force_on_tissue, lip_press, path
+from tests.support.optional import needed_module
 
 MODEL = {"columns": 50, "rows": 10, "points": 3, "friction": FrictionLaw(0.3, 10.0)}
 
@@ -98,7 +99,7 @@ def test_turning_the_whole_problem_turns_the_result(angle):
 @pytest.mark.parametrize("solver", [Pardiso, SuperLu])
 def test_a_rejected_trial_leaves_no_trace(solver):
     if solver is Pardiso:
-        pytest.importorskip("pypardiso")
+        needed_module("pypardiso")
     system, motion = pressed_and_dragged()
     used = solver()
     state = followed(system, motion, increments=20, end_s=1.25, solver=used)[-1].state

@@ -5,7 +5,6 @@ points) and lumped ties leave nothing but rounding between the programs. In plan
 gives each node one thickness, where ours lets each integration point relax by itself.
 """
 
-import shutil
 import subprocess
 
 import numpy as np
@@ -23,15 +22,18 @@ from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.model import System
 from geometry2d.anatomy.head import head_section
 from geometry2d.mesh import LEVELS, section_mesh
+from tests.support.optional import needed_program
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed"),
-]
+pytestmark = pytest.mark.slow
 PUSH_MM = {"upper": (-3.0, 0.9), "lower": (-1.5, -1.5)}
 LIPS = tuple(PUSH_MM)
 PRINTED_MM = 1e-6
 """CalculiX prints six digits."""
+
+
+@pytest.fixture(scope="module")
+def calculix():
+    return needed_program("ccx", package="calculix-ccx")
 
 
 @pytest.fixture(scope="module")
@@ -85,11 +87,11 @@ def equilibrium(body, ties, moved, *, steps=10):
     return u.reshape(-1, 2)
 
 
-def of_calculix(folder, system, moved):
+def of_calculix(program, folder, system, moved):
     deck = displaced_tissue_deck(system.body, system.ties, moved, title="lips pushed")
     (folder / "lips.inp").write_text(deck)
     done = subprocess.run(
-        ["ccx", "lips"], cwd=folder, capture_output=True, text=True, check=True, timeout=600
+        [program, "lips"], cwd=folder, capture_output=True, text=True, check=True, timeout=600
     )
     assert "Job finished" in done.stdout
     rows = [line.split() for line in (folder / "lips.dat").read_text().splitlines()]
@@ -105,10 +107,10 @@ def relative(one, other):
     return np.sqrt(np.mean((one - other) ** 2) / np.mean(other**2))
 
 
-def test_plane_strain_is_the_same_to_rounding(head, tmp_path):
+def test_plane_strain_is_the_same_to_rounding(calculix, head, tmp_path):
     system = lips(head, Plane.STRAIN, "T6R")
     moved = pushed(head, system.body)
-    theirs = of_calculix(tmp_path, system, moved)
+    theirs = of_calculix(calculix, tmp_path, system, moved)
     assert np.abs(theirs).max() > 2.9
     lumped = sp.diags(np.maximum(system.tie_stiffness.sum(axis=1).A1, 0.0)).tocsr()
     ours = equilibrium(system.body, lumped, moved)
@@ -119,9 +121,9 @@ def test_plane_strain_is_the_same_to_rounding(head, tmp_path):
     assert relative(equilibrium(model.body, model.tie_stiffness, moved), theirs) < 1e-2
 
 
-def test_plane_stress_differs_by_the_thickness_only(head, tmp_path):
+def test_plane_stress_differs_by_the_thickness_only(calculix, head, tmp_path):
     model = lips(head, Plane.STRESS, "T6")
     moved = pushed(head, model.body)
-    theirs = of_calculix(tmp_path, model, moved)
+    theirs = of_calculix(calculix, tmp_path, model, moved)
     ours = equilibrium(model.body, model.tie_stiffness, moved)
     assert relative(ours, theirs) < 0.015

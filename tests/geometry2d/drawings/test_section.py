@@ -1,7 +1,6 @@
 """Outlines from files: exact where the file is exact, and an error wherever something is wrong."""
 
 import contextlib
-import importlib.util
 import struct
 
 import numpy as np
@@ -19,6 +18,7 @@ from geometry2d.drawings.section import (
     read_stl,
 )
 from geometry2d.neck import A38_NECK, neck_section
+from tests.support.optional import needed_module
 
 FRONT = CutPlane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 TOP = CutPlane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
@@ -211,9 +211,12 @@ def test_any_damage_to_an_svg_file_is_our_error(tmp_path, place, damage):
 
 # --- DXF ---
 
-needs_ezdxf = pytest.mark.skipif(
-    importlib.util.find_spec("ezdxf") is None, reason="the extra `files` is not installed"
-)
+needs_ezdxf = pytest.mark.usefixtures("ezdxf")
+
+
+@pytest.fixture(scope="module")
+def ezdxf():
+    return needed_module("ezdxf")
 
 
 def dxf(tmp_path, draw, units=4, version="R2010"):

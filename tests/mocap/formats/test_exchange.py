@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
+import ezc3d
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -18,7 +20,6 @@ from mocap.formats.exchange import (
 from mocap.formats.marker_table import ExchangeError, MarkerTable, plane_positions
 from mocap.formats.trc import read_trc, write_trc
 
-DATA = Path(__file__).parents[2] / "data"
 FUZZ = settings(
     max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
@@ -56,9 +57,20 @@ def test_c3d_needs_an_even_rate(tmp_path: Path) -> None:
         write_c3d(uneven, tmp_path / "m.c3d")
 
 
-def test_a_real_c3d_file(tmp_path: Path) -> None:
-    found = read_positions(DATA / "formats" / "markers_60.c3d")
-    assert found.positions.shape == (60, 51, 3)
+def test_analogue_channels_beside_the_points_of_a_c3d_file_are_left_alone(tmp_path: Path) -> None:
+    path = tmp_path / "m.c3d"
+    write_c3d(table(12), path)
+    content = ezc3d.c3d(str(path))
+    content["parameters"]["ANALOG"]["LABELS"]["value"] = ["force plate", "muscle"]
+    content["parameters"]["ANALOG"]["RATE"]["value"] = [500.0]  # ten samples a frame
+    content["data"]["analogs"] = np.random.default_rng(3).normal(size=(1, 2, 120))
+    content.write(str(path))
+    np.testing.assert_allclose(read_c3d(path).positions, table(12).positions, rtol=1e-6)
+
+
+def test_a_real_c3d_file(tmp_path: Path, recorded: Callable[[str], Path]) -> None:
+    found = read_positions(recorded("formats/markers_analogs.c3d"))
+    assert found.positions.shape == (580, 51, 3)
     assert found.names[0] == "boite:gauche_ext"
     np.testing.assert_allclose(
         found.positions[0, 0], [44.16278839, -276.86193848, 675.69683838], rtol=1e-6
@@ -68,8 +80,21 @@ def test_a_real_c3d_file(tmp_path: Path) -> None:
     np.testing.assert_allclose(read_trc(tmp_path / "m.trc").positions, found.positions, atol=1e-6)
 
 
-def test_a_real_comma_separated_trc_that_was_cut(tmp_path: Path) -> None:
-    path = DATA / "formats" / "markers.trc"
+def test_a_comma_separated_trc_that_was_cut(tmp_path: Path) -> None:
+    path = tmp_path / "m.trc"
+    write_trc(table(9), path)
+    lines = path.read_text().replace("\t", ",").splitlines(keepends=True)
+    path.write_text("".join(lines[:-2]))
+    with pytest.raises(ExchangeError, match="announces 9 frames and holds 7"):
+        read_positions(path)
+    found = read_trc(path, partial=True)
+    np.testing.assert_allclose(found.positions, table(9).positions[:7], atol=1e-6)
+
+
+def test_a_real_comma_separated_trc_that_was_cut(
+    tmp_path: Path, recorded: Callable[[str], Path]
+) -> None:
+    path = recorded("formats/markers.trc")
     with pytest.raises(ExchangeError, match="announces 652 frames and holds 93"):
         read_positions(path)
     found = read_trc(path, partial=True)
@@ -79,8 +104,21 @@ def test_a_real_comma_separated_trc_that_was_cut(tmp_path: Path) -> None:
     np.testing.assert_allclose(read_c3d(tmp_path / "m.c3d").positions, found.positions, rtol=1e-6)
 
 
-def test_a_real_drinking_task_in_the_plane_of_the_face() -> None:
-    found = read_positions(DATA / "idrink" / "S240501-1155_P07_T01_0-394_filt_butterworth.trc")
+def test_the_plane_is_that_of_two_axes_of_the_file() -> None:
+    metres = table(unit="m")
+    x, y, z = np.moveaxis(1000 * metres.positions, -1, 0)
+    np.testing.assert_array_equal(
+        plane_positions(metres, right="-Z", up="-X"), np.stack([-z, -x], axis=-1)
+    )
+    np.testing.assert_array_equal(
+        plane_positions(metres, right="+X", up="Y"), np.stack([x, y], axis=-1)
+    )
+    with pytest.raises(ExchangeError, match="axis 'W'"):
+        plane_positions(metres, right="W", up="X")
+
+
+def test_a_real_drinking_task_in_the_plane_of_the_face(recorded: Callable[[str], Path]) -> None:
+    found = read_positions(recorded("idrink/S240501-1155_P07_T01_0-394_filt_butterworth.trc"))
     assert found.positions.shape == (394, 13, 3) and found.unit == "m"
     assert found.rate_hz == pytest.approx(60)
     plane = plane_positions(found, right="-Z", up="-X")
@@ -88,12 +126,10 @@ def test_a_real_drinking_task_in_the_plane_of_the_face() -> None:
     # The nose lies in front of the ear, by about the size of a head.
     assert np.all((nose - ear)[:, 0] > 60)
     assert np.all(np.hypot(*(nose - ear).T) < 250)
-    with pytest.raises(ExchangeError, match="axis 'W'"):
-        plane_positions(found, right="W", up="X")
 
 
-def test_a_real_tracker_export() -> None:
-    found = read_positions(DATA / "projectile" / "massa_A.txt")
+def test_a_real_tracker_export(recorded: Callable[[str], Path]) -> None:
+    found = read_positions(recorded("projectile/massa_A.txt"))
     assert found.names == ("massa_A",)
     np.testing.assert_allclose(found.positions[1, 0], [0.947, -0.999, 0.0])
 

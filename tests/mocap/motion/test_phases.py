@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,6 @@ from mocap.formats.marker_table import plane_positions
 from mocap.motion.motion import Poses, body_poses
 from mocap.motion.phases import PHASES, LipAtRim, figures_of, sips_of
 
-DATA = Path(__file__).parents[2] / "data"
 LIBRARY = Path(__file__).parents[3] / "scenarios" / "library"
 # cm, x forwards, y up; a head with an eye 8 cm in front, and a hand with a finger.
 SKELETON = """HIERARCHY
@@ -168,9 +168,9 @@ def test_a_sip_of_a_skeleton(tmp_path: Path) -> None:
     assert found.closest_mm == pytest.approx(np.hypot(95, 45), abs=0.1)
 
 
-def test_two_excursions_of_a_real_recording() -> None:
+def test_two_excursions_of_a_real_recording(recorded: Callable[[str], Path]) -> None:
     """Hand to mouth at 0.73-1.85 s and 4.08-4.87 s, as the recording's description says."""
-    table = read_positions(DATA / "idrink" / "S240501-1155_P07_T01_0-394_filt_butterworth.trc")
+    table = read_positions(recorded("idrink/S240501-1155_P07_T01_0-394_filt_butterworth.trc"))
     plane = plane_positions(table, right="-Z", up="-X")
     where = [table.names.index(name) for name in ("LEar", "Nose")]
     head = body_poses("head", ("LEar", "Nose"), plane[:, where], np.ones((394, 2)))
@@ -199,15 +199,15 @@ def test_two_excursions_of_a_real_recording() -> None:
         assert 2 < found.head_pitch_deg < 60
 
 
-def test_a_real_sip_of_a_real_skeleton() -> None:
+def test_a_real_sip_of_a_real_skeleton(recorded: Callable[[str], Path]) -> None:
     """Held and pitched as long and as far as an independent analysis of the full recording says.
 
     Those numbers are in ``scenarios/library/timing.toml``: hand at the mouth for 1.16 s, head
     pitched by 54.6° (its forward axis; here the direction of an eye, in the plane), pitch begins
     0.57 s before the hand arrives and has risen for 1.02 s then.
     """
-    table = replace(read_positions(DATA / "cmu" / "14_37_30hz.bvh"), unit="cm")
-    assert table.rate_hz == pytest.approx(30, rel=1e-4)
+    table = replace(read_positions(recorded("cmu/14_37.bvh")), unit="cm")
+    assert table.rate_hz == pytest.approx(120, rel=1e-4)
     plane = plane_positions(table, right="Z", up="Y")
     count = table.time_s.size
 
