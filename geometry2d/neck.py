@@ -7,15 +7,15 @@ who faces +x, and the lower wall has the lower y. All lengths in mm.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import check_ranges, setting
 from geometry2d.outline import Outline, OutlineError
 
 Array = NDArray[np.float64]
@@ -30,8 +30,8 @@ class NeckError(DrinksimError):
 
 
 def _measured(default: float, unit: str, source: str, description: str) -> float:
-    value: float = field(
-        default=default, metadata={"unit": unit, "source": source, "description": description}
+    value: float = setting(
+        default=default, unit=unit, source=source, description=description, above=0.0
     )
     return value
 
@@ -43,13 +43,11 @@ class NeckMeasurements:
     thread_diameter_mm: float = _measured(37.2, "mm", SP_38_400, "outer diameter of the thread")
     root_diameter_mm: float = _measured(34.8, "mm", SP_38_400, "diameter between the threads")
     pitch_mm: float = _measured(4.233, "mm", SP_38_400, "distance from crest to crest")
-    crests: int = field(
+    crests: int = setting(
         default=2,
-        metadata={
-            "unit": "",
-            "source": "two turns, as 38 mm necks with 650-720°",
-            "description": "thread crests cut on each side",
-        },
+        source="two turns, as 38 mm necks with 650-720°",
+        description="thread crests cut on each side",
+        above=0,
     )
     flank_deg: float = _measured(30.0, "deg", SP_38_400, "flank from the radial direction")
     crest_width_mm: float = _measured(
@@ -72,10 +70,7 @@ class NeckMeasurements:
     shoulder_mm: float = _measured(15.0, "mm", ESTIMATE, "height of the sloping shoulder")
 
     def __post_init__(self) -> None:
-        for entry in dataclasses.fields(self):
-            value = getattr(self, entry.name)
-            if not (np.isfinite(value) and value > 0):
-                raise NeckError(f"{entry.name} is {value}: it must be greater than zero")
+        check_ranges(self, NeckError)
         if self.thread_diameter_mm <= self.root_diameter_mm:
             raise NeckError(
                 f"thread_diameter_mm is {self.thread_diameter_mm}, not more than "

@@ -357,7 +357,7 @@ def _parser() -> argparse.ArgumentParser:
         "--markers", metavar="FILE", type=Path, required=True, help="marker file (TOML)"
     )
     _add_out(convert)
-    what = {field.name: field.metadata["help"] for field in dataclasses.fields(ConvertOptions)}
+    what = {field.name: about(field) for field in dataclasses.fields(ConvertOptions)}
     convert.add_argument("--start", metavar="S", type=float, help=what["start_s"])
     convert.add_argument("--end", metavar="S", type=float, help=what["end_s"])
     convert.add_argument("--tracks", metavar="FILE", type=Path, help=what["tracks"])
@@ -387,10 +387,10 @@ def _parser() -> argparse.ArgumentParser:
         "--motion", metavar="FILE", type=Path, help="motion.csv to replay instead of the scenario's"
     )
     for field in dataclasses.fields(Solver):
-        if field.metadata["choices"]:
+        if field.metadata.get("choices"):
             replay.add_argument(
                 f"--{field.name}",
-                choices=field.metadata["choices"],
+                choices=field.metadata.get("choices"),
                 help=f"{field.metadata['description']} (default: the scenario's)",
             )
     replay.add_argument(
@@ -526,8 +526,8 @@ def _add_settings(parser: argparse.ArgumentParser, table: type[object]) -> None:
     for field in dataclasses.fields(cast(Any, table)):
         parser.add_argument(
             "--" + field.name.replace("_", "-"),
-            metavar=None if field.metadata["choices"] else "VALUE",
-            choices=field.metadata["choices"],
+            metavar=None if field.metadata.get("choices") else "VALUE",
+            choices=field.metadata.get("choices"),
             help=f"{about(field)} (default: {field.default})".replace("%", "%%"),
         )
 
