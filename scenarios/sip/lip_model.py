@@ -14,7 +14,8 @@ from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
-from fem2d.loads.dead import Amplitude, DeadLoad
+from fem2d.loads.amplitude import Amplitude
+from fem2d.loads.dead import DeadLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material, stiffened

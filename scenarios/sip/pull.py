@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from fem2d.body.surface import Surface
-from fem2d.loads.dead import Amplitude
+from fem2d.loads.amplitude import Amplitude
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import StepSettings, march
