@@ -186,7 +186,8 @@ def neck_findings(
 
 def diameter_mm(neck: NeckSection) -> float:
     """Return the outer diameter of a neck's section, mm."""
-    return float(neck.upper_wall.box[3] - neck.lower_wall.box[1])
+    upper, lower = (getattr(neck, wall).sampled(SPACING_MM)[:, 1] for wall in WALLS)
+    return float(upper.max() - lower.min())
 
 
 def _size_findings(motion: RigidMotion) -> Iterator[Finding]:
