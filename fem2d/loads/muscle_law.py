@@ -24,13 +24,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fem2d.loads.amplitude import LoadError
 from geometry2d.compiled import compiled
+from geometry2d.foundation.settings import check_ranges, setting
 
 Array = NDArray[np.float64]
 
@@ -106,56 +107,41 @@ class MuscleFibre:
     Raises
     ------
     LoadError
-        If a value is not finite, negative, or the passive curve ends before it begins.
+        If a value is not finite or out of its range.
 
     >>> energy, tension, stiffness = MuscleFibre(0.1).response([1.0, 0.8], 0.5)
     >>> (tension * 1e3).round(3).tolist()
     [50.0, 42.0]
     """
 
-    max_stress_mpa: float = field(
+    max_stress_mpa: float = setting(
         default=0.1,
-        metadata={
-            "unit": "MPa",
-            "source": "Stavness 2013 (ArtiSynth's face); 0.1 to 0.3 in skeletal muscle",
-            "description": "largest active stress of the fibres",
-        },
+        unit="MPa",
+        minimum=0.0,
+        description="largest active stress of the fibres",
+        source="Stavness 2013 (ArtiSynth's face); 0.1 to 0.3 in skeletal muscle",
     )
-    passive_share: float = field(
+    passive_share: float = setting(
         default=0.0,
-        metadata={
-            "unit": "",
-            "source": "0.05 in Blemker 2005; 0 where the tissue's stiffness contains it",
-            "description": "passive tension, as a share of the largest active stress",
-        },
+        minimum=0.0,
+        description="passive tension, as a share of the largest active stress",
+        source="0.05 in Blemker 2005; 0 where the tissue's stiffness contains it",
     )
-    passive_exponent: float = field(
+    passive_exponent: float = setting(
         default=6.6,
-        metadata={
-            "unit": "",
-            "source": "Blemker 2005",
-            "description": "growth of the passive tension with the stretch",
-        },
+        above=0.0,
+        description="growth of the passive tension with the stretch",
+        source="Blemker 2005",
     )
-    passive_until: float = field(
+    passive_until: float = setting(
         default=1.4,
-        metadata={
-            "unit": "",
-            "source": "Blemker 2005",
-            "description": "stretch beyond which the passive tension is a straight line",
-        },
+        minimum=1.0,
+        description="stretch beyond which the passive tension is a straight line",
+        source="Blemker 2005",
     )
 
     def __post_init__(self) -> None:
-        for entry in dataclasses.fields(self):
-            value = getattr(self, entry.name)
-            if not (math.isfinite(value) and value >= 0):
-                raise LoadError(f"{entry.name} = {value:g} of a muscle must not be negative")
-        if self.passive_exponent == 0 or self.passive_until < 1:
-            raise LoadError(
-                f"passive_exponent = {self.passive_exponent:g} must be above 0 and passive_until = "
-                f"{self.passive_until:g} at least 1, for instance 6.6 and 1.4"
-            )
+        check_ranges(self, LoadError)
 
     def packed(self) -> Array:
         """Return the law as the row of numbers that kernels read."""
