@@ -19,7 +19,7 @@ from geometry2d.anatomy.head import HeadSection
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, RigidPlacement
-from scenarios.results.solution import LIPS
+from scenarios.results.quantities import LIPS
 from scenarios.sip.lip_model import WALLS
 
 Array = NDArray[np.float64]
