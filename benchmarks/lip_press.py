@@ -4,10 +4,10 @@
 
 Block 20 mm × 12 mm, upper tenth Ogden skin (μ 0.05 MPa, α 10.789), ν = 0.49, bottom fixed, penalty
 10 MPa/mm normal and tangential, 30 + 40 steps: the settings at which DOLFINx, GetFEM, FElupe, FEBio
-and CalculiX were measured (docs/contact.md has their numbers beside ours). "own" is the same
-problem at our own settings: penalty 50 MPa/mm, and steps that adapt. "graded" keeps the peers'
-penalty and steps, on quadratic triangles that are smallest where the circle touches: what the same
-accuracy costs where a mesh need not be a grid.
+and CalculiX were measured (docs/verification/contact.md has their numbers beside ours). "own" is
+the same problem at our own settings: penalty 50 MPa/mm, and steps that adapt. "graded" keeps the
+peers' penalty and steps, on quadratic triangles that are smallest where the circle touches: what
+the same accuracy costs where a mesh need not be a grid.
 """
 
 from __future__ import annotations

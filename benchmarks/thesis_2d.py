@@ -3,7 +3,7 @@
     python -m benchmarks.thesis_2d RUN...
 
 ``RUN`` are run directories of `drinksim replay`; a run in plane strain is compared with the one of
-the same scenario in plane stress. docs/scenarios.md holds the answers beside the thesis'.
+the same scenario in plane stress. docs/verification/sips.md holds the answers beside the thesis'.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.results.quantities import LIPS
-from scenarios.results.solution import Solution
+from scenarios.results.solution import LIPS, Solution
 from scenarios.settings.scenario import Scenario, read_scenario
 from scenarios.views.scene import SkinLine
 
@@ -45,7 +44,7 @@ def undisturbed(solution: Solution, scenario: Scenario) -> NDArray[np.bool_]:
 
 def place_of(solution: Solution, index: int, field: str, sign: int) -> str:
     """Return where in the dermis the extreme of an element field is, in words."""
-    frame, model = solution.snapshot(index), solution.model
+    frame, model = solution.frame(index), solution.model
     dermis = np.array([name.endswith("dermis") for name in model.region_names])[model.region]
     values = np.where(dermis, sign * frame.element[field], -np.inf)
     element = int(np.argmax(values))
@@ -107,7 +106,7 @@ def main() -> None:
         calm = undisturbed(solution, scenario)
         whole = np.ones_like(calm)
         print(f"\n{scenario.name}, plane {scenario.solver.plane}, {scenario.solver.resolution}:")
-        print(f"  {solution.message}")
+        print(f"  {solution.summary['sentence']}")
         print(f"  wall time {solution.summary['wall_s']:.0f} s")
         for title, name, field, sign in (
             ("smallest log strain", "dermis_min_log_strain", "log_strain_min", -1),

@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from geometry2d.foundation.errors import DrinksimError
-from geometry2d.foundation.settings import setting
 from mocap.formats.boundary import write_boundary_conditions
 from mocap.formats.c3d import write_c3d
 from mocap.formats.exchange import motion_table, read_positions, tracks_from
@@ -46,21 +45,22 @@ class OutputError(DrinksimError):
 class ConvertOptions:
     """What can be chosen for a conversion besides the files."""
 
-    start_s: float | None = setting(
-        default=None, unit="s", description="first used instant, on the video's own clock"
+    start_s: float | None = field(
+        default=None, metadata={"help": "first used instant, s on the video's own clock"}
     )
-    end_s: float | None = setting(
-        default=None, unit="s", description="last used instant, on the video's own clock"
+    end_s: float | None = field(
+        default=None, metadata={"help": "last used instant, s on the video's own clock"}
     )
-    tracks: Path | None = setting(
+    tracks: Path | None = field(
         default=None,
-        description="a tracks.csv corrected by hand: rows 'fixed' and 'seen' are kept, rows "
-        "'predicted' are bridged, missing and 'lost' ones are tracked anew",
+        metadata={
+            "help": "a tracks.csv corrected by hand: rows 'fixed' and 'seen' are kept, rows "
+            "'predicted' are bridged, missing and 'lost' ones are tracked anew"
+        },
     )
-    fps: float | None = setting(
+    fps: float | None = field(
         default=None,
-        unit="frames/s",
-        description="rate at which the camera captured, for slow motion",
+        metadata={"help": "rate at which the camera captured, frames/s, for slow motion"},
     )
 
 

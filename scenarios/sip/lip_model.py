@@ -14,8 +14,7 @@ from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
-from fem2d.loads.amplitude import Amplitude
-from fem2d.loads.dead import DeadLoad
+from fem2d.loads.dead import Amplitude, DeadLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material, stiffened
@@ -26,8 +25,7 @@ from geometry2d.curves import nearest_arc_length
 from geometry2d.mesh import LEVELS, section_mesh
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import rotated
-from scenarios.results.increment import SectionModel
-from scenarios.results.quantities import LIPS
+from scenarios.results.solution import LIPS, Model
 from scenarios.settings.scenario import Muscle, Scenario, ScenarioError, Skin
 
 Array = NDArray[np.float64]
@@ -40,17 +38,17 @@ FOLD_REACH_MM = 0.5
 
 POINTS_BETWEEN_NODES = 2
 """In each half of an edge, where contact is looked for too: edges of up to 0.4 mm then sink over
-corners with that radius by less than 0.005 mm (docs/contact.md)."""
+corners with that radius by less than 0.005 mm (docs/theory/contact.md)."""
 
 TISSUE = Inertia(density_tonne_per_mm3=1e-9, spectral_radius=0.0, relaxation_s=0.02)
 """Soft tissue's own density, and a relaxation time that is short against a sip of seconds: what
-snaps back or starts to slip then takes a moment, not none (docs/solver.md has the convergence)."""
+snaps back or starts to slip then takes a moment, not none (docs/verification/time.md)."""
 
 WALLS = ("upper_wall", "lower_wall")
 
 
 @dataclass(frozen=True)
-class LipSkin:
+class SkinLine:
     """The skin of a lip as a line, on which places are told by their distance from the margin.
 
     Attributes
@@ -68,7 +66,7 @@ class LipSkin:
     outwards: int
 
     @classmethod
-    def of(cls, head: HeadSection, lip: str) -> LipSkin:
+    def of(cls, head: HeadSection, lip: str) -> SkinLine:
         """Return the skin of the "upper" or the "lower" lip of a head."""
         points = getattr(head, lip).curves["skin"]
         margin = nearest_arc_length(points, head.landmarks[f"stomion_{lip}"])
@@ -215,7 +213,7 @@ class Lips:
     def load(self, pull: Pull) -> DeadLoad:
         """Return the dead load of a pull on a lip."""
         muscle = pull.muscle
-        line = LipSkin.of(self.head, muscle.lip)
+        line = SkinLine.of(self.head, muscle.lip)
         ends = sorted(line.arc_mm(place) for place in (muscle.from_mm, muscle.to_mm))
         direction = np.deg2rad(pull.direction_deg)
         size_mpa = 1e-3 * pull.traction_kpa
@@ -232,7 +230,7 @@ class Lips:
             amplitude=pull.amplitude,
         )
 
-    def model(self, head_angle_rad: float) -> SectionModel:
+    def model(self, head_angle_rad: float) -> Model:
         """Return the section as the solution keeps it, turned by an angle."""
         body = self.body
         names = tuple(f"{lip}_{part}" for lip in self.present for part in ("dermis", "bulk"))
@@ -251,7 +249,7 @@ class Lips:
         }
         walls = {wall: getattr(self.neck, wall).sampled(0.1) for wall in WALLS}
         walls["package"] = self.neck.silhouette
-        return SectionModel(
+        return Model(
             nodes=rotated(body.nodes, head_angle_rad),
             triangles=body.tables.connectivity,
             region=region,

@@ -8,8 +8,7 @@ import numpy as np
 
 from geometry2d.rigid import RigidPlacement
 from mocap.synthetic.rendering import write_recording
-from scenarios.results.increment import ContactField, Increment, SectionModel
-from scenarios.results.quantities import HISTORY
+from scenarios.results.solution import HISTORY, ContactField, Increment, Model
 
 UPPER_MOUTH = np.array([104.0, -26.0])
 LOWER_MOUTH = np.array([102.0, -38.0])
@@ -53,7 +52,7 @@ def edges_on(nodes: np.ndarray, triangles: np.ndarray, y: float, *, rightward: b
     return np.array(found)
 
 
-def small_model() -> SectionModel:
+def small_model() -> Model:
     """Return two blocks, an upper and a lower lip, with a dermis on the sides that face."""
     upper, upper_triangles = block(UPPER_MOUTH - [24.0, 0.0], (24.0, 12.0), (16, 8))
     lower, lower_triangles = block(LOWER_MOUTH - [24.0, 12.0], (24.0, 12.0), (16, 8))
@@ -68,7 +67,7 @@ def small_model() -> SectionModel:
     ring = np.linspace(0, 2 * np.pi, 61)
     wall = np.column_stack([9.0 * np.cos(ring), 1.2 * np.sin(ring)])
     tooth = np.column_stack([3.0 * np.cos(ring), 5.0 * np.sin(ring)])
-    return SectionModel(
+    return Model(
         nodes=nodes,
         triangles=triangles,
         region=region,
@@ -89,7 +88,7 @@ def small_model() -> SectionModel:
     )
 
 
-def small_increment(model: SectionModel, index: int, count: int) -> Increment:
+def small_increment(model: Model, index: int, count: int) -> Increment:
     """Return increment ``index`` of ``count``: both lips are pressed in and let go."""
     share = index / (count - 1)
     press = float(np.sin(np.pi * share) ** 2)
@@ -125,7 +124,6 @@ def small_increment(model: SectionModel, index: int, count: int) -> Increment:
     history["dermis_min_log_strain"] = -0.4 * press
     history["dermis_max_log_strain"] = 0.2 * press
     history["lower_lip_pressure_kpa"] = 25.0 * press
-    history["lower_lip_window_kpa"] = 20.0 * press
     return Increment(
         time_s=1.0 + 0.1 * index,
         relative_time=share,
@@ -136,7 +134,7 @@ def small_increment(model: SectionModel, index: int, count: int) -> Increment:
         history=history,
         newton_iterations=3,
         cutbacks=int(index == 4),
-        checkpoint={"stick": np.full(3, float(index))},
+        state={"stick": np.full(3, float(index))},
     )
 
 
