@@ -31,7 +31,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fem2d.solvers.march import StepSettings
-from scenarios.results.solution import LIPS, Increment, Model
+from scenarios.results.increment import Increment, SectionModel
+from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import library_names, read_scenario
 from scenarios.sip.replay import replay
 from scenarios.sip.run import convert_recording
@@ -63,7 +64,7 @@ class DiscMeans:
     def __init__(self) -> None:
         self.values = [0.0] * len(self._SIGNED)
 
-    def model(self, model: Model) -> None:
+    def model(self, model: SectionModel) -> None:
         """Look up which triangles' centroids lie in the disc around each triangle's."""
         names = np.array(model.region_names)
         self._dermis = np.flatnonzero(np.char.endswith(names[model.region], "dermis"))
@@ -128,7 +129,7 @@ def measured(
     iterations = int(sum(row["newton_iterations"] for row in rows))
     size = outcome.about["elements"]
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    ended = "" if outcome.finished else f" ({outcome.sentence})"
+    ended = "" if outcome.finished else f" ({outcome.message})"
     row = [
         f"{label}{ended}",
         f"{size:,}",

@@ -25,7 +25,7 @@ from geometry2d.anatomy.head import HeadError, head_section
 from geometry2d.neck import NECKS, NeckError
 from geometry2d.regions import SectionError
 from mocap.convert import convert
-from scenarios.results.solution import Increment
+from scenarios.results.increment import Increment
 from scenarios.settings.scenario import Scenario, library_names, read_scenario
 from scenarios.sip.replay import replay
 
@@ -128,7 +128,7 @@ def main() -> None:
             seconds = time.process_time() - started
             iterations, cutbacks = np.sum(costs, axis=0)
             totals += (int(outcome.finished), len(costs), iterations)
-            ended = "whole" if outcome.finished else outcome.sentence
+            ended = "whole" if outcome.finished else outcome.message
             values = ", ".join(text.split(".", 1)[1] for text in settings)
             told = ("neck", "teeth", "between_nodes", "lips")
             deepest = max(outcome.about[f"largest_penetration_{what}_mm"] for what in told)

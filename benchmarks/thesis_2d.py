@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.results.solution import LIPS, Solution
+from scenarios.results.quantities import LIPS
+from scenarios.results.solution import Solution
 from scenarios.settings.scenario import Scenario, read_scenario
 from scenarios.views.scene import SkinLine
 
@@ -44,7 +45,7 @@ def undisturbed(solution: Solution, scenario: Scenario) -> NDArray[np.bool_]:
 
 def place_of(solution: Solution, index: int, field: str, sign: int) -> str:
     """Return where in the dermis the extreme of an element field is, in words."""
-    frame, model = solution.frame(index), solution.model
+    frame, model = solution.snapshot(index), solution.model
     dermis = np.array([name.endswith("dermis") for name in model.region_names])[model.region]
     values = np.where(dermis, sign * frame.element[field], -np.inf)
     element = int(np.argmax(values))
@@ -106,7 +107,7 @@ def main() -> None:
         calm = undisturbed(solution, scenario)
         whole = np.ones_like(calm)
         print(f"\n{scenario.name}, plane {scenario.solver.plane}, {scenario.solver.resolution}:")
-        print(f"  {solution.summary['sentence']}")
+        print(f"  {solution.message}")
         print(f"  wall time {solution.summary['wall_s']:.0f} s")
         for title, name, field, sign in (
             ("smallest log strain", "dermis_min_log_strain", "log_strain_min", -1),

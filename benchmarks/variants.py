@@ -13,7 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from scenarios.results.solution import LIPS
+from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import ScenarioError, library_names, read_scenario
 from scenarios.sip.replay import replay
 from scenarios.sip.run import convert_recording
@@ -58,7 +58,7 @@ def run(name: str, variant: str, motion: Path, resolution: str) -> bool:
             read_scenario(name, settings).with_motion(motion),
             on_increment=lambda increment: rows.append(increment.row()),
         )
-        finished, ended = outcome.finished, outcome.sentence
+        finished, ended = outcome.finished, outcome.message
     except ScenarioError as error:
         finished, ended = False, str(error)
     seconds = time.process_time() - started

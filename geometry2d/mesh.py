@@ -21,6 +21,7 @@ from scipy.spatial import cKDTree
 
 from geometry2d.curves import graded
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import check_ranges, setting
 from geometry2d.regions import Section
 
 Array = NDArray[np.float64]
@@ -59,19 +60,27 @@ class MeshSize:
         Growth of the edge length per mm of distance from the focus.
     """
 
-    contact_mm: float
-    layer_mm: float
-    far_mm: float
-    gradation: float = 0.25
+    contact_mm: float = setting(
+        unit="mm", above=0.0, description="edge length at the lip's margin, where a package touches"
+    )
+    layer_mm: float = setting(
+        unit="mm", above=0.0, description="largest edge length along the dermis"
+    )
+    far_mm: float = setting(unit="mm", above=0.0, description="largest edge length anywhere")
+    gradation: float = setting(
+        default=0.25,
+        unit="mm/mm",
+        above=0.0,
+        description="growth of the edge length per mm of distance from the margin",
+    )
 
     def __post_init__(self) -> None:
-        if not 0 < self.contact_mm <= self.layer_mm <= self.far_mm:
+        check_ranges(self, MeshError)
+        if not self.contact_mm <= self.layer_mm <= self.far_mm:
             raise MeshError(
-                f"sizes {self.contact_mm}, {self.layer_mm}, {self.far_mm} mm: give positive sizes "
-                "that grow from contact to layer to far"
+                f"contact_mm = {self.contact_mm:g} mm, layer_mm = {self.layer_mm:g} mm and "
+                f"far_mm = {self.far_mm:g} mm: they must grow, or be equal"
             )
-        if self.gradation <= 0:
-            raise MeshError(f"gradation is {self.gradation}: it must be greater than zero")
 
     def scaled(self, factor: float) -> MeshSize:
         """Return the same grading with every length times ``factor``."""

@@ -7,15 +7,15 @@ who faces +x, and the lower wall has the lower y. All lengths in mm.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import check_ranges, setting
 from geometry2d.outline import Outline, OutlineError
 
 Array = NDArray[np.float64]
@@ -30,8 +30,8 @@ class NeckError(DrinksimError):
 
 
 def _measured(default: float, unit: str, source: str, description: str) -> float:
-    value: float = field(
-        default=default, metadata={"unit": unit, "source": source, "description": description}
+    value: float = setting(
+        default=default, unit=unit, source=source, description=description, above=0.0
     )
     return value
 
@@ -43,13 +43,11 @@ class NeckMeasurements:
     thread_diameter_mm: float = _measured(37.2, "mm", SP_38_400, "outer diameter of the thread")
     root_diameter_mm: float = _measured(34.8, "mm", SP_38_400, "diameter between the threads")
     pitch_mm: float = _measured(4.233, "mm", SP_38_400, "distance from crest to crest")
-    crests: int = field(
+    crests: int = setting(
         default=2,
-        metadata={
-            "unit": "",
-            "source": "two turns, as 38 mm necks with 650-720°",
-            "description": "thread crests cut on each side",
-        },
+        source="two turns, as 38 mm necks with 650-720°",
+        description="thread crests cut on each side; 0 is a neck without a thread",
+        minimum=0,
     )
     flank_deg: float = _measured(30.0, "deg", SP_38_400, "flank from the radial direction")
     crest_width_mm: float = _measured(
@@ -72,10 +70,7 @@ class NeckMeasurements:
     shoulder_mm: float = _measured(15.0, "mm", ESTIMATE, "height of the sloping shoulder")
 
     def __post_init__(self) -> None:
-        for entry in dataclasses.fields(self):
-            value = getattr(self, entry.name)
-            if not (np.isfinite(value) and value > 0):
-                raise NeckError(f"{entry.name} is {value}: it must be greater than zero")
+        check_ranges(self, NeckError)
         if self.thread_diameter_mm <= self.root_diameter_mm:
             raise NeckError(
                 f"thread_diameter_mm is {self.thread_diameter_mm}, not more than "
@@ -117,7 +112,9 @@ class NeckMeasurements:
     @property
     def mark_depth_mm(self) -> float:
         """Distance of the marks from the rim along the axis, mm."""
-        thread_end = self.land_mm + self.thread_base_mm + (self.crests - 0.5) * self.pitch_mm
+        thread_end = self.land_mm
+        if self.crests > 0:
+            thread_end += self.thread_base_mm + (self.crests - 0.5) * self.pitch_mm
         return thread_end + self.mark_behind_thread_mm
 
 
@@ -138,6 +135,12 @@ DC_NECK = NeckMeasurements(
     length_mm=26.0,
 )
 """The 26 mm neck: PCO 1881 scaled by 26/27.4, with a single turn (fewer threads than the A38)."""
+
+RIM_DEPTH_MM = 0.9
+"""Depth behind the rim at which the outside of a wall is measured: behind the rounding of a rim and
+before the first thread."""
+
+RIM_SPACING_MM = 0.02
 
 NECKS: Mapping[str, NeckMeasurements] = {"A38": A38_NECK, "DC": DC_NECK}
 
@@ -166,6 +169,22 @@ class NeckSection:
     upper_mark: Array
     lower_mark: Array
     silhouette: Array
+
+    def rim_edge(self, wall: str) -> Array:
+        """Return the outer edge (2,) of a wall's rim as if it were not rounded, mm.
+
+        Where the plane of the rim meets the outside of the wall, measured `RIM_DEPTH_MM` behind it.
+
+        Parameters
+        ----------
+        wall
+            "upper" or "lower".
+        """
+        outline: Outline = getattr(self, f"{wall}_wall")
+        points = outline.sampled(RIM_SPACING_MM)
+        rim = points[:, 0].min()
+        height = points[points[:, 0] <= rim + RIM_DEPTH_MM, 1]
+        return np.array([rim, height.max() if wall == "upper" else height.min()])
 
 
 def neck_section(measurements: NeckMeasurements | None = None) -> NeckSection:
@@ -233,7 +252,7 @@ def _wall(m: NeckMeasurements, *, upper: bool) -> tuple[Outline, dict[str, tuple
     middle = 0.5 * (root + crest)
     half_middle = 0.5 * (half_base + half_crest)
     borders = [(m.rim_radius_mm, bore), (m.rim_radius_mm, root)]
-    names = ["rim", "land"]
+    names = ["rim", "land" if m.crests else "plain"]
     for k, depth in enumerate(depths, start=1):
         borders += [(depth - half_middle, middle), (depth + half_middle, middle)]
         names += [f"crest_{k}", f"root_{k}" if k < m.crests else "plain"]

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import setting
 from mocap.formats.boundary import write_boundary_conditions
 from mocap.formats.c3d import write_c3d
 from mocap.formats.exchange import motion_table, read_positions, tracks_from
@@ -45,22 +46,21 @@ class OutputError(DrinksimError):
 class ConvertOptions:
     """What can be chosen for a conversion besides the files."""
 
-    start_s: float | None = field(
-        default=None, metadata={"help": "first used instant, s on the video's own clock"}
+    start_s: float | None = setting(
+        default=None, unit="s", description="first used instant, on the video's own clock"
     )
-    end_s: float | None = field(
-        default=None, metadata={"help": "last used instant, s on the video's own clock"}
+    end_s: float | None = setting(
+        default=None, unit="s", description="last used instant, on the video's own clock"
     )
-    tracks: Path | None = field(
+    tracks: Path | None = setting(
         default=None,
-        metadata={
-            "help": "a tracks.csv corrected by hand: rows 'fixed' and 'seen' are kept, rows "
-            "'predicted' are bridged, missing and 'lost' ones are tracked anew"
-        },
+        description="a tracks.csv corrected by hand: rows 'fixed' and 'seen' are kept, rows "
+        "'predicted' are bridged, missing and 'lost' ones are tracked anew",
     )
-    fps: float | None = field(
+    fps: float | None = setting(
         default=None,
-        metadata={"help": "rate at which the camera captured, frames/s, for slow motion"},
+        unit="frames/s",
+        description="rate at which the camera captured, for slow motion",
     )
 
 

@@ -6,10 +6,11 @@ tractions are in MPa per reference length of the surface, gaps and slips in mm.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from geometry2d.compiled import compiled
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import setting
 
 
 class ContactLawError(DrinksimError):
@@ -35,16 +36,23 @@ class NormalLaw:
         from there on the law is the same.
     """
 
-    stiffness_mpa_per_mm: float = field(
-        default=100.0, metadata={"unit": "MPa/mm", "help": "normal penalty stiffness"}
+    stiffness_mpa_per_mm: float = setting(
+        default=100.0,
+        unit="MPa/mm",
+        above=0.0,
+        description="pressure per penetration beyond the ramp",
     )
-    ramp_mm: float = field(
+    ramp_mm: float = setting(
         default=0.004,
-        metadata={"unit": "mm", "help": "penetration over which the penalty sets in"},
+        unit="mm",
+        above=0.0,
+        description="penetration over which the stiffness rises from zero",
     )
-    gap_offset_mm: float = field(
+    gap_offset_mm: float = setting(
         default=0.0025,
-        metadata={"unit": "mm", "help": "penetration between nodes that bears nothing"},
+        unit="mm",
+        minimum=0.0,
+        description="penetration up to which a point between nodes bears no pressure",
     )
 
     def __post_init__(self) -> None:
@@ -75,9 +83,14 @@ class FrictionLaw:
         ε_t, MPa/mm: the elastic slip is at most ``μ p/ε_t``.
     """
 
-    coefficient: float = field(default=1.0, metadata={"unit": "-", "help": "friction coefficient"})
-    stiffness_mpa_per_mm: float = field(
-        default=2.5, metadata={"unit": "MPa/mm", "help": "tangential stiffness while sticking"}
+    coefficient: float = setting(
+        default=1.0, minimum=0.0, maximum=10.0, description="friction coefficient"
+    )
+    stiffness_mpa_per_mm: float = setting(
+        default=2.5,
+        unit="MPa/mm",
+        above=0.0,
+        description="tangential traction per slip while a point sticks",
     )
 
     def __post_init__(self) -> None:

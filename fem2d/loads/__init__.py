@@ -1,1 +1,1 @@
-"""What acts on a body: dead loads, pressures, elastic ties."""
+"""What acts on a body: dead loads, pressures, muscles, elastic ties."""

@@ -11,13 +11,14 @@ else, so a force never acts on a gap that is open.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.solvers.state import State
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import setting
 
 Array = NDArray[np.float64]
 
@@ -44,14 +45,20 @@ class Inertia:
         takes a time of order τ instead of none. Motions much slower than τ do not notice.
     """
 
-    density_tonne_per_mm3: float = field(
-        default=1e-9, metadata={"unit": "t/mm³", "help": "density that resists acceleration"}
+    density_tonne_per_mm3: float = setting(
+        default=1e-9, unit="t/mm³", minimum=0.0, description="density; water's is 1e-9"
     )
-    spectral_radius: float = field(
-        default=0.0, metadata={"unit": "-", "help": "0 strongest, 1 no numerical damping"}
+    spectral_radius: float = setting(
+        default=0.0,
+        minimum=0.0,
+        maximum=1.0,
+        description="at infinite frequency: 0 for the most numerical damping, 1 for none",
     )
-    relaxation_s: float = field(
-        default=0.0, metadata={"unit": "s", "help": "relaxation time of the viscous resistance"}
+    relaxation_s: float = setting(
+        default=0.0,
+        unit="s",
+        minimum=0.0,
+        description="relaxation time of the stiffness-proportional damping",
     )
 
     def __post_init__(self) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -25,6 +25,7 @@ from fem2d.solvers.newton import NewtonResult, NewtonSettings
 from fem2d.solvers.stability import Instability, instability_of
 from fem2d.solvers.state import State
 from fem2d.solvers.step import Stepper
+from geometry2d.foundation.settings import setting
 from geometry2d.rigid import RigidMotion, RigidPlacement
 
 Array = NDArray[np.float64]
@@ -74,19 +75,48 @@ class StepSettings:
         Whether every committed state is tested for static stability.
     """
 
-    longest_s: float = field(default=0.08, metadata={"unit": "s", "help": "longest step"})
-    shortest_s: float = field(default=1e-7, metadata={"unit": "s", "help": "shortest step"})
-    travel_mm: float = field(default=0.3, metadata={"unit": "mm", "help": "motion per step"})
-    accuracy_mm: float = field(
-        default=0.008, metadata={"unit": "mm", "help": "aim for errors of the predictor"}
+    longest_s: float = setting(default=0.08, unit="s", above=0.0, description="longest step")
+    shortest_s: float = setting(
+        default=1e-7,
+        unit="s",
+        above=0.0,
+        description="shortest step; the run stops if a shorter one is needed",
     )
-    snap_s: float = field(default=0.004, metadata={"unit": "s", "help": "resolve snaps to this"})
-    easy_iterations: int = field(default=7, metadata={"help": "iterations of an easy step"})
-    hard_iterations: int = field(default=14, metadata={"help": "iterations of a hard step"})
-    penetration_growth_mm: float = field(
-        default=0.1, metadata={"unit": "mm", "help": "growth of penetration per step"}
+    travel_mm: float = setting(
+        default=0.3,
+        unit="mm",
+        above=0.0,
+        description="largest motion of the rigid body past nearby tissue in one step",
     )
-    watch_stability: bool = field(default=False, metadata={"help": "test every state"})
+    accuracy_mm: float = setting(
+        default=0.008,
+        unit="mm",
+        above=0.0,
+        description="error of the predictor that the length of steps aims at",
+    )
+    snap_s: float = setting(
+        default=0.004,
+        unit="s",
+        above=0.0,
+        description="a longer step with a predictor error of ten times accuracy_mm is rejected",
+    )
+    easy_iterations: int = setting(
+        default=7, minimum=1, description="a step with at most so many is followed by a longer one"
+    )
+    hard_iterations: int = setting(
+        default=14,
+        minimum=1,
+        description="a step with at least so many is followed by a shorter one",
+    )
+    penetration_growth_mm: float = setting(
+        default=0.1,
+        unit="mm",
+        above=0.0,
+        description="a step in which the deepest penetration grows by more is rejected",
+    )
+    watch_stability: bool = setting(
+        default=False, description="whether the stability of every committed state is tested"
+    )
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import TypeVar
 
@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fem2d.solvers.linear import DirectSolver, SingularMatrixError
+from geometry2d.foundation.settings import setting
 
 Array = NDArray[np.float64]
 
@@ -49,10 +50,27 @@ class NewtonSettings:
         Iterations in which the unbalanced forces must halve; else the solve has stalled.
     """
 
-    tolerance: float = field(default=1e-6, metadata={"help": "relative force balance"})
-    force_floor_n: float = field(default=1e-6, metadata={"unit": "N", "help": "smallest force"})
-    iterations: int = field(default=25, metadata={"help": "most Newton iterations"})
-    patience: int = field(default=8, metadata={"help": "iterations in which forces must halve"})
+    tolerance: float = setting(
+        default=1e-6,
+        above=0.0,
+        maximum=0.1,
+        description="largest unbalanced nodal force over the largest nodal force that acts",
+    )
+    force_floor_n: float = setting(
+        default=1e-6,
+        unit="N",
+        above=0.0,
+        description="nodal force below which nothing is considered to act",
+    )
+    iterations: int = setting(
+        default=25, minimum=1, maximum=1000, description="largest number of iterations in a step"
+    )
+    patience: int = setting(
+        default=8,
+        minimum=1,
+        maximum=1000,
+        description="iterations within which the unbalanced forces must halve",
+    )
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,14 @@ one adult man throughout, because the recorded person of the study was a man. Al
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import check_ranges, setting
 from geometry2d.rigid import rotated
 
 Array = NDArray[np.float64]
@@ -37,11 +37,16 @@ class HeadError(DrinksimError):
 
 
 def _measured(
-    default: float | None, unit: str, source: str, description: str, spread: float | None = None
+    default: float | None,
+    unit: str,
+    source: str,
+    description: str,
+    spread: float | None = None,
+    **bounds: float,
 ) -> Any:
-    """Return a field; ``spread`` is the standard deviation among people, where a source has one."""
-    metadata = {"unit": unit, "source": source, "description": description, "spread": spread}
-    return field(default=default, metadata=metadata)
+    return setting(
+        default=default, unit=unit, source=source, description=description, spread=spread, **bounds
+    )
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,7 @@ class HeadMeasurements:
         "mm",
         "Bonwill triangle of side 105 mm, seen from the side: 105·√3/2",
         "hinge axis to the edge of the lower incisor",
+        above=0.0,
     )
     hinge_incisor_below_deg: float = _measured(
         34.0,
@@ -71,7 +77,11 @@ class HeadMeasurements:
         "direction hinge to lower incisor, below horizontal, teeth closed",
     )
     ear_nose_mm: float = _measured(
-        104.3, "mm", "the recordings' [scale] head", "ear marker to the marker beside the nose tip"
+        104.3,
+        "mm",
+        "the recordings' [scale] head",
+        "ear marker to the marker beside the nose tip",
+        above=0.0,
     )
     # Profile, horizontal positions from the true vertical through subnasale.
     nose_projection_mm: float = _measured(17.4, "mm", ARNETT, "nose tip ahead of subnasale", 1.7)
@@ -82,6 +92,8 @@ class HeadMeasurements:
         CELEBI,
         "at subnasale, between columella and the foremost point of the upper lip",
         9.5,
+        minimum=85.0,
+        maximum=125.0,
     )
     nasion_height_mm: float = _measured(
         56.6, "mm", f"{ARNETT}: 137.7 - 81.1", "nasion above subnasale"
@@ -90,16 +102,16 @@ class HeadMeasurements:
         -8.0, "mm", ARNETT, "glabella ahead of subnasale", 2.5
     )
     upper_lip_length_mm: float = _measured(
-        24.4, "mm", ARNETT, "subnasale to the lower margin of the upper lip", 2.5
+        24.4, "mm", ARNETT, "subnasale to the lower margin of the upper lip", 2.5, above=0.0
     )
     upper_lip_projection_mm: float = _measured(
         3.3, "mm", ARNETT, "upper lip ahead of subnasale", 1.7
     )
     upper_lip_thickness_mm: float = _measured(
-        14.8, "mm", ARNETT, "foremost point of the upper lip to its inner side", 1.4
+        14.8, "mm", ARNETT, "foremost point of the upper lip to its inner side", 1.4, above=0.0
     )
     upper_vermilion_mm: float = _measured(
-        8.0, "mm", "7-9 mm in Europeans", "height of the upper lip's red part"
+        8.0, "mm", "7-9 mm in Europeans", "height of the upper lip's red part", above=0.0
     )
     a_point_projection_mm: float = _measured(
         -0.3, "mm", ARNETT, "hollow of the upper lip (A') ahead of subnasale", 1.0
@@ -108,16 +120,16 @@ class HeadMeasurements:
         2.4, "mm", ARNETT, "gap of the relaxed lips, teeth closed", 1.1
     )
     lower_lip_length_mm: float = _measured(
-        54.3, "mm", ARNETT, "upper margin of the lower lip to menton", 2.4
+        54.3, "mm", ARNETT, "upper margin of the lower lip to menton", 2.4, above=0.0
     )
     lower_lip_projection_mm: float = _measured(
         1.0, "mm", ARNETT, "lower lip ahead of subnasale", 2.2
     )
     lower_lip_thickness_mm: float = _measured(
-        15.1, "mm", ARNETT, "foremost point of the lower lip to its inner side", 1.2
+        15.1, "mm", ARNETT, "foremost point of the lower lip to its inner side", 1.2, above=0.0
     )
     lower_vermilion_mm: float = _measured(
-        10.0, "mm", "9-11 mm in Europeans", "height of the lower lip's red part"
+        10.0, "mm", "9-11 mm in Europeans", "height of the lower lip's red part", above=0.0
     )
     sulcus_projection_mm: float = _measured(
         -7.1, "mm", ARNETT, "labiomental fold (B') ahead of subnasale", 1.6
@@ -130,6 +142,8 @@ class HeadMeasurements:
         "deg",
         "most liked 107-118, accepted to 140 (2017)",
         "between the lower lip's tangent where its red part ends and the chin's steepest",
+        minimum=95.0,
+        maximum=150.0,
     )
     pogonion_projection_mm: float = _measured(
         -3.5, "mm", ARNETT, "foremost point of the chin ahead of subnasale", 1.8
@@ -140,50 +154,76 @@ class HeadMeasurements:
     )
     # Depth of the tissue over bone.
     a_point_thickness_mm: float = _measured(
-        15.0, "mm", ESTIMATE, "tissue over the upper jaw at the hollow of the upper lip"
+        15.0, "mm", ESTIMATE, "tissue over the upper jaw at the hollow of the upper lip", above=0.0
     )
     sulcus_thickness_mm: float = _measured(
-        11.5, "mm", ESTIMATE, "tissue over the lower jaw at the labiomental fold"
+        11.5, "mm", ESTIMATE, "tissue over the lower jaw at the labiomental fold", above=0.0
     )
     pogonion_thickness_mm: float = _measured(
-        13.5, "mm", ARNETT, "tissue over the chin, in front", 2.3
+        13.5, "mm", ARNETT, "tissue over the chin, in front", 2.3, above=0.0
     )
-    menton_thickness_mm: float = _measured(8.8, "mm", ARNETT, "tissue under the chin", 1.3)
+    menton_thickness_mm: float = _measured(
+        8.8, "mm", ARNETT, "tissue under the chin", 1.3, above=0.0
+    )
     nose_thickness_mm: float = _measured(
-        13.0, "mm", "bulk of 10-20 mm in the study", "tissue of the nose over cartilage"
+        13.0, "mm", "bulk of 10-20 mm in the study", "tissue of the nose over cartilage", above=0.0
     )
     dermis_thickness_mm: float = _measured(
         1.0,
         "mm",
         "about 1 mm in the study; 1.11-1.94 mm in men",
         "dermis of the skin where no place says otherwise",
+        above=0.0,
     )
     nose_dermis_mm: float | None = _measured(
         None,
         "mm",
         "1.25: 3.30 times the eyelid's 0.38 (Ha 2005)",
         "dermis at the tip of the nose; between two places it changes smoothly",
+        above=0.0,
     )
     philtrum_dermis_mm: float | None = _measured(
-        None, "mm", "1.11-1.94 in men (180 patients)", "dermis at the hollow of the upper lip, A'"
+        None,
+        "mm",
+        "1.11-1.94 in men (180 patients)",
+        "dermis at the hollow of the upper lip, A'",
+        above=0.0,
     )
     fold_dermis_mm: float | None = _measured(
-        None, "mm", "1.11-1.94 in men (180 patients)", "dermis at the labiomental fold, B'"
+        None,
+        "mm",
+        "1.11-1.94 in men (180 patients)",
+        "dermis at the labiomental fold, B'",
+        above=0.0,
     )
     chin_dermis_mm: float | None = _measured(
         None,
         "mm",
         "1.19: 3.14 times the eyelid's 0.38 (Ha 2005, as in the study)",
         "dermis over the foremost point of the chin",
+        above=0.0,
     )
     submental_dermis_mm: float | None = _measured(
-        None, "mm", "1.02 ± 0.24 in men, by ultrasound (2022)", "dermis under the chin", 0.24
+        None,
+        "mm",
+        "1.02 ± 0.24 in men, by ultrasound (2022)",
+        "dermis under the chin",
+        0.24,
+        above=0.0,
     )
     vermilion_thickness_mm: float = _measured(
-        1.0, "mm", "about 1 mm in the study", "dermis of the red part and of the lip's margin"
+        1.0,
+        "mm",
+        "about 1 mm in the study",
+        "dermis of the red part and of the lip's margin",
+        above=0.0,
     )
     dermis_wrap_mm: float = _measured(
-        6.0, "mm", ESTIMATE, "how far the dermis goes round the lip's margin to the inside"
+        6.0,
+        "mm",
+        ESTIMATE,
+        "how far the dermis goes round the lip's margin to the inside",
+        above=0.0,
     )
     # Teeth and jaw.
     incisor_exposure_mm: float = _measured(
@@ -192,18 +232,24 @@ class HeadMeasurements:
     overbite_mm: float = _measured(
         3.2, "mm", ARNETT, "upper incisor's edge below the lower one's", 0.7
     )
-    upper_crown_mm: float = _measured(10.5, "mm", "Wheeler: 10-11 mm", "upper incisor's crown")
+    upper_crown_mm: float = _measured(
+        10.5, "mm", "Wheeler: 10-11 mm", "upper incisor's crown", above=0.0
+    )
     upper_crown_depth_mm: float = _measured(7.0, "mm", "Wheeler", "upper incisor, front to back")
     upper_crown_slope_deg: float = _measured(
         2.0, "deg", "torque 7° less half the occlusal plane's 10°", "front face, edge forward"
     )
-    lower_crown_mm: float = _measured(9.0, "mm", "Wheeler", "lower incisor's crown")
+    lower_crown_mm: float = _measured(9.0, "mm", "Wheeler", "lower incisor's crown", above=0.0)
     lower_crown_depth_mm: float = _measured(6.0, "mm", "Wheeler", "lower incisor, front to back")
     lower_crown_slope_deg: float = _measured(
         9.0, "deg", "torque -1° and an occlusal plane of 10°", "front face, edge forward"
     )
     tooth_clearance_mm: float = _measured(
-        0.3, "mm", "0.2-0.5 mm, moist lips lie close to the teeth", "lips to the front of the teeth"
+        0.3,
+        "mm",
+        "0.2-0.5 mm, moist lips lie close to the teeth",
+        "lips to the front of the teeth",
+        above=0.0,
     )
     vestibule_depth_mm: float = _measured(
         8.0, "mm", ESTIMATE, "how far above the crown the lips are free from the jaw"
@@ -212,37 +258,16 @@ class HeadMeasurements:
         4.0, "mm", "so that no element sees the tie end", "arc length over which the tie fades in"
     )
     jaw_opening_deg: float = _measured(
-        7.0, "deg", "lips parted as just before contact; 10.9° is pure hinge", "turn of the jaw"
+        7.0,
+        "deg",
+        "lips parted as just before contact; 10.9° is pure hinge",
+        "turn of the jaw",
+        minimum=0.0,
+        maximum=25.0,
     )
 
     def __post_init__(self) -> None:
-        for entry in dataclasses.fields(self):
-            value = getattr(self, entry.name)
-            if value is None:
-                continue
-            if not np.isfinite(value):
-                raise HeadError(f"{entry.name} is {value}: give a finite number")
-            if entry.name in _POSITIVE and value <= 0:
-                raise HeadError(f"{entry.name} is {value}: it must be greater than zero")
-        for name, low, high in _RANGES:
-            value = getattr(self, name)
-            if not low <= value <= high:
-                raise HeadError(f"{name} is {value}: it must lie between {low} and {high}")
-
-
-_POSITIVE = tuple(
-    entry.name
-    for entry in dataclasses.fields(HeadMeasurements)
-    if entry.name.endswith(
-        ("_thickness_mm", "_dermis_mm", "_length_mm", "_vermilion_mm", "_crown_mm")
-    )
-    or entry.name in ("hinge_incisor_mm", "ear_nose_mm", "tooth_clearance_mm", "dermis_wrap_mm")
-)
-_RANGES = (
-    ("jaw_opening_deg", 0.0, 25.0),
-    ("nasolabial_angle_deg", 85.0, 125.0),
-    ("mentolabial_angle_deg", 95.0, 150.0),
-)
+        check_ranges(self, HeadError)
 
 
 def shift(x: float, y: float) -> Array:

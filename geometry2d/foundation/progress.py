@@ -1,4 +1,4 @@
-"""One line that says how far a computation is: on a terminal, and nowhere else."""
+"""One line that says how far a computation is: where somebody looks, and nowhere else."""
 
 from __future__ import annotations
 
@@ -11,14 +11,38 @@ from contextlib import contextmanager
 Progress = Callable[[float, str], None]
 """Called with the share that is done (0…1) and what is being done."""
 
+ProgressOption = bool | Progress | None
+"""What callers of a long function choose: a line where they look, their own function, or nothing.
+"""
+
 BAR_WIDTH = 24
 SECONDS_BETWEEN_UPDATES = 0.1
 
 
 @contextmanager
+def chosen_progress(option: ProgressOption, title: str) -> Iterator[Progress]:
+    """Yield the function that an option stands for; ``title`` starts its line.
+
+    >>> with chosen_progress(lambda share, text: print(f"{share:.0%} {text}"), "run") as show:
+    ...     show(0.5, "half of it")
+    50% half of it
+    """
+    if callable(option):
+        yield option
+    elif option:
+        with progress_line(title) as show:
+            yield show
+    else:
+        yield lambda share, text: None
+
+
+@contextmanager
 def progress_line(title: str) -> Iterator[Progress]:
-    """Yield a function that shows progress on stderr's terminal; silent if stderr is a pipe."""
-    if not sys.stderr.isatty():
+    """Yield a function that shows progress on stderr; silent unless a person reads that.
+
+    A person reads a terminal or a notebook.
+    """
+    if not (sys.stderr.isatty() or "ipykernel" in sys.modules):
         yield lambda share, text: None
         return
     shown_at = 0.0

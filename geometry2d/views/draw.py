@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 import skfem
 from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.anatomy.likeness import cranium, ear
+from geometry2d.anatomy.muscles import MuscleRegion, StraightFibres
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.regions import Section
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 DRAWING_SPACING_MM = 0.1
+NAME_AT_PT = 80
+"""How far to the right of a muscle its name stands, printer's points."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,7 @@ class Palette:
     package_edge: str = "#9db0c0"
     mouth: str = "#c9958a"
     mesh: str = "#5a4a44"
+    muscle: str = "#a03c35"
 
 
 PALETTE = Palette()
@@ -105,6 +110,43 @@ def draw_section(axes: Axes, section: Section, *, palette: Palette = PALETTE) ->
         for curve in curves:
             axes.plot(
                 *curve.T, color=palette.profile, linewidth=1.0 if name == "skin" else 0.6, zorder=6
+            )
+
+
+def draw_muscles(
+    axes: Axes, muscles: Iterable[MuscleRegion], *, names: bool = True, palette: Palette = PALETTE
+) -> None:
+    """Fill muscles: hatched with dots where fibres cross the section, with lines where they do not.
+
+    Parameters
+    ----------
+    axes
+        Where to draw; data units are mm.
+    muscles
+        What to draw, in the frame of the head section.
+    names
+        Whether to write each one's name beside it.
+    palette
+        Colours.
+    """
+    for muscle in muscles:
+        in_plane = isinstance(muscle.fibres, StraightFibres)
+        (patch,) = axes.fill(
+            *muscle.polygon.T, facecolor=palette.muscle, edgecolor=palette.muscle, alpha=0.55,
+            linewidth=0.8, zorder=5,
+        )  # fmt: skip
+        patch.set_hatch("///" if in_plane else "...")
+        if names:
+            axes.annotate(
+                muscle.name.replace("_", " "),
+                shapely.Polygon(muscle.polygon).centroid.coords[0],
+                xytext=(NAME_AT_PT, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=7,
+                color=palette.profile,
+                arrowprops={"arrowstyle": "-", "color": palette.profile, "linewidth": 0.5},
+                zorder=8,
             )
 
 

@@ -22,7 +22,7 @@ from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress, progress_line
 from mocap.convert import ConvertOptions
 from mocap.tracking.markers import EXAMPLE
-from scenarios.results.solution import ELEMENT_FIELDS
+from scenarios.results.quantities import ELEMENT_FIELDS
 from scenarios.settings.scenario import (
     Recording,
     Scenario,
@@ -118,13 +118,16 @@ def _redraw(name: str, out: Path) -> int:
 
 
 def _replay(options: argparse.Namespace) -> int:
-    from scenarios.sip.run import replay_into
+    from scenarios.results.messages import peaks_message
+    from scenarios.sip.run import NothingComputedError, solve
 
     scenario = _chosen_scenario(options)
-    with progress_line(f"replay {scenario.name}") as progress:
-        run = replay_into(scenario, options.out, resume=options.resume, progress=progress)
-    print(f"{run.folder}: {run.sentence}\n{run.peaks}")
-    return 0 if run.finished else _complain(run.sentence, NOT_FINISHED)
+    try:
+        solution = solve(scenario, out=options.out, resume=options.resume, progress=True)
+    except NothingComputedError as error:
+        return _complain(str(error), NOT_FINISHED)
+    print(f"{options.out}: {solution.message}\n{peaks_message(solution.summary)}")
+    return 0 if solution.finished else _complain(solution.message, NOT_FINISHED)
 
 
 def _element(options: argparse.Namespace) -> int:
@@ -235,7 +238,8 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _demo(options: argparse.Namespace) -> int:
-    from scenarios.sip.run import convert_recording, replay_into
+    from scenarios.results.messages import peaks_message
+    from scenarios.sip.run import convert_recording, solve
     from scenarios.views.animation import animate
     from scenarios.views.plots import plot_histories, plot_imprint
 
@@ -247,26 +251,26 @@ def _demo(options: argparse.Namespace) -> int:
     with _stage("1/4 convert: video to motion") as progress:
         conversion = convert_recording(scenario.recording, out / "conversion", progress=progress)
     with _stage("2/4 replay: motion to contact") as progress:
-        run = replay_into(
-            scenario.with_motion(conversion.motion), out / "replay", resume=False, progress=progress
+        solution = solve(
+            scenario.with_motion(conversion.motion), out=out / "replay", progress=progress
         )
     with _stage("3/4 animate: model beside recording") as progress:
-        animate(run.folder, film, beside_video=True, progress=progress)
-        animate(run.folder, sheet, beside_video=True, progress=progress)
+        animate(out / "replay", film, beside_video=True, progress=progress)
+        animate(out / "replay", sheet, beside_video=True, progress=progress)
     with _stage("4/4 plot: histories and imprint"):
-        plot_histories([run.folder], histories)
-        plot_imprint(run.folder, imprint)
-    print(f"\n{run.sentence}\n{run.peaks}\n\nLook at")
+        plot_histories([out / "replay"], histories)
+        plot_imprint(out / "replay", imprint)
+    print(f"\n{solution.message}\n{peaks_message(solution.summary)}\n\nLook at")
     for path, what in (
         (film, "the sip: recording and model side by side"),
         (sheet, "the same as six frames"),
         (histories, "strain, stress and pressure over the sip"),
         (imprint, "where and when the neck is pressed"),
         (out / "conversion" / "overlay.mp4", "the recording with its tracked markers"),
-        (run.folder / "history.csv", "the numbers"),
+        (out / "replay" / "history.csv", "the numbers"),
     ):
         print(f"  {path!s:<32}  {what}")
-    return 0 if run.finished else _complain(run.sentence, NOT_FINISHED)
+    return 0 if solution.finished else _complain(solution.message, NOT_FINISHED)
 
 
 @contextmanager
@@ -357,7 +361,7 @@ def _parser() -> argparse.ArgumentParser:
         "--markers", metavar="FILE", type=Path, required=True, help="marker file (TOML)"
     )
     _add_out(convert)
-    what = {field.name: field.metadata["help"] for field in dataclasses.fields(ConvertOptions)}
+    what = {field.name: about(field) for field in dataclasses.fields(ConvertOptions)}
     convert.add_argument("--start", metavar="S", type=float, help=what["start_s"])
     convert.add_argument("--end", metavar="S", type=float, help=what["end_s"])
     convert.add_argument("--tracks", metavar="FILE", type=Path, help=what["tracks"])
@@ -387,10 +391,10 @@ def _parser() -> argparse.ArgumentParser:
         "--motion", metavar="FILE", type=Path, help="motion.csv to replay instead of the scenario's"
     )
     for field in dataclasses.fields(Solver):
-        if field.metadata["choices"]:
+        if field.metadata.get("choices"):
             replay.add_argument(
                 f"--{field.name}",
-                choices=field.metadata["choices"],
+                choices=field.metadata.get("choices"),
                 help=f"{field.metadata['description']} (default: the scenario's)",
             )
     replay.add_argument(
@@ -526,8 +530,8 @@ def _add_settings(parser: argparse.ArgumentParser, table: type[object]) -> None:
     for field in dataclasses.fields(cast(Any, table)):
         parser.add_argument(
             "--" + field.name.replace("_", "-"),
-            metavar=None if field.metadata["choices"] else "VALUE",
-            choices=field.metadata["choices"],
+            metavar=None if field.metadata.get("choices") else "VALUE",
+            choices=field.metadata.get("choices"),
             help=f"{about(field)} (default: {field.default})".replace("%", "%%"),
         )
 

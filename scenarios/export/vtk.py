@@ -19,12 +19,14 @@ from numpy.typing import NDArray
 from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress
 from geometry2d.rigid import RigidPlacement
-from scenarios.results.solution import IN_NECK_FRAME, Frame, Model, Solution
+from scenarios.results.increment import SectionModel
+from scenarios.results.quantities import IN_NECK_FRAME
+from scenarios.results.solution import Snapshot, Solution
 
 Arrays = Mapping[str, NDArray[Any]]
 
 POLYLINE, QUADRATIC_TRIANGLE = 4, 22
-"""VTK's cell types; its quadratic triangle numbers nodes as `scenarios.results.solution.Model`."""
+"""VTK's cell types; the nodes of its quadratic triangle are in the order of `SectionModel`."""
 
 OPEN = ("profile",)
 """Outlines whose last point is not joined to the first."""
@@ -47,7 +49,7 @@ def export_vtk(run: Path, out: Path, *, progress: Progress = lambda share, text:
         entries = []
         for index, time in enumerate(solution.time_s):
             progress(index / solution.time_s.size, f"increment {index + 1}")
-            frame = solution.frame(index)
+            frame = solution.snapshot(index)
             texts = lips_vtu(solution.model, frame), rigid_vtu(solution.model, frame.placement)
             for part, (name, text) in enumerate(zip(("lips", "rigid"), texts, strict=True)):
                 file = f"{name}_{index:04d}.vtu"
@@ -58,7 +60,7 @@ def export_vtk(run: Path, out: Path, *, progress: Progress = lambda share, text:
         (partial / "summary.json").write_bytes((run / "summary.json").read_bytes())
 
 
-def lips_vtu(model: Model, frame: Frame) -> str:
+def lips_vtu(model: SectionModel, frame: Snapshot) -> str:
     """Return the lips at one instant: undeformed nodes, displacements, element fields."""
     return _unstructured(
         model.nodes,
@@ -72,7 +74,7 @@ def lips_vtu(model: Model, frame: Frame) -> str:
     )
 
 
-def rigid_vtu(model: Model, neck: RigidPlacement) -> str:
+def rigid_vtu(model: SectionModel, neck: RigidPlacement) -> str:
     """Return neck, teeth and jaws at one instant, as lines; cells are numbered by ``outline``."""
     lines, cells, start = [], [], 0
     for name, line in sorted(model.outlines.items()):
@@ -86,7 +88,7 @@ def rigid_vtu(model: Model, neck: RigidPlacement) -> str:
     )
 
 
-def _counter_clockwise(model: Model) -> NDArray[np.int64]:
+def _counter_clockwise(model: SectionModel) -> NDArray[np.int64]:
     """Return the triangles (e, 6) with their corners counter-clockwise, as the format wants them.
 
     The mesh numbers corners by the size of their node numbers, whichever way round that is.

@@ -1,4 +1,4 @@
-"""What a run's peaks mean beside what skin bears and what hurts, in one sentence."""
+"""The peaks of a run that decide, and measured thresholds of pain and of tearing beside them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from scenarios.results.solution import LIPS, SolutionError
+from scenarios.results.increment import SolutionError
+from scenarios.results.quantities import LIPS
 
 
 @dataclass(frozen=True)
@@ -68,31 +69,3 @@ class Verdict:
             raise SolutionError(f"summary.json lacks a peak or it is no number: {error}") from error
         lip = max(pressures, key=lambda name: pressures[name])
         return cls(lip, pressures[lip], strain)
-
-    @property
-    def sentence(self) -> str:
-        """The verdict, said plainly."""
-        return f"{self._pressure_in_words()}; {self._strain_in_words()}."
-
-    def _pressure_in_words(self) -> str:
-        if self.pressure_kpa <= 0.0:
-            return "The neck never presses a lip"
-        said = (
-            f"The {self.lip} lip is pressed most, with {self.pressure_kpa:.0f} kPa over half a "
-            "millimetre, "
-        )
-        range_ = f"{PAIN.low:.0f} to {PAIN.high:.0f} kPa"
-        if self.pressure_kpa < PAIN.low:
-            share = 100 * self.pressure_kpa / PAIN.low
-            return said + f"{share:.0f} % of the lowest pressure that hurt volunteers ({range_})"
-        if self.pressure_kpa < PAIN.high:
-            return said + f"which is within the range that hurt volunteers ({range_})"
-        return said + f"which is above the whole range that hurt volunteers ({range_})"
-
-    def _strain_in_words(self) -> str:
-        percent = 100 * math.expm1(self.log_strain)
-        beyond = "below" if self.log_strain < FAILURE.low else "beyond"
-        return (
-            f"the dermis is stretched by up to {percent:.0f} % (log strain "
-            f"{self.log_strain:.2f}), {beyond} the 54 % ({FAILURE.low:.2f}) at which skin tore"
-        )

@@ -2,8 +2,8 @@
 
 While a run goes on, every committed increment is one file of ``increments/`` in the ``.partial``
 directory, put there by a rename: however the run ends, each increment is complete or absent. The
-solver's state is kept for the last one only, so that the run can go on after it. Only a complete
-run gets ``fields.h5`` and its final name.
+checkpoint is kept for the last one only; the run goes on from it. Only a complete run gets
+``fields.h5`` and its final name.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import csv
 import json
 import shutil
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import fields as dataclass_fields
 from dataclasses import replace
@@ -32,17 +32,10 @@ from geometry2d.foundation.output import (
     remove_directory,
 )
 from geometry2d.rigid import RigidPlacement
-from scenarios.results.solution import (
-    CONTACT_FIELDS,
-    ELEMENT_FIELDS,
-    HISTORY,
-    IN_NECK_FRAME,
-    ContactField,
-    Increment,
-    Model,
-    Quantity,
-    SolutionError,
-)
+from scenarios.results.fields_file import FIELDS_FILE, FieldRows, write_model
+from scenarios.results.history_file import HISTORY_FILE, as_written, write_history
+from scenarios.results.increment import ContactField, Increment, SectionModel, SolutionError
+from scenarios.results.summary import SUMMARY_FILE, run_summary
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -111,10 +104,10 @@ class SolutionWriter:
         files = self._files()
         if not files:
             return None
-        state = _read_arrays(self._state_file(len(files) - 1))
-        return replace(_read_increment(files[-1]), state=state)
+        arrays = _read_arrays(self._checkpoint_file(len(files) - 1))
+        return replace(_read_increment(files[-1]), checkpoint=arrays)
 
-    def model(self, model: Model) -> None:
+    def model(self, model: SectionModel) -> None:
         """Write the undeformed section; once, before the first increment."""
         arrays: dict[str, NDArray[Any]] = {
             "nodes": model.nodes,
@@ -129,18 +122,18 @@ class SolutionWriter:
     def commit(self, increment: Increment) -> None:
         """Add a converged increment; when this returns it is safe on disk."""
         row = increment.row()
-        # The state goes first: an increment counts from the moment its own file is there.
-        _write_arrays(self._state_file(self.count), dict(increment.state))
+        # The checkpoint goes first: an increment counts from the moment its own file is there.
+        _write_arrays(self._checkpoint_file(self.count), dict(increment.checkpoint))
         _write_arrays(self._increments / f"{self.count:06d}.npz", _increment_arrays(increment))
-        self._state_file(self.count - 1).unlink(missing_ok=True)
+        self._checkpoint_file(self.count - 1).unlink(missing_ok=True)
         self.count += 1
-        history = self.partial / "history.csv"
+        history = self.partial / HISTORY_FILE
         new = not history.exists()
         with history.open("a", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream)
             if new:
-                writer.writerow(row)
-            writer.writerow(_csv_row(row))
+                write_history(stream, [row])
+            else:
+                csv.writer(stream).writerow(as_written(row))
         self.log(
             f"increment {self.count}: time {increment.time_s:.4f} s, "
             f"{increment.newton_iterations} iterations, {increment.cutbacks} cutbacks"
@@ -157,45 +150,41 @@ class SolutionWriter:
         remove_directory(self.partial)
         self._claim.close()
 
-    def finish(self, *, finished: bool, sentence: str, about: Mapping[str, Any]) -> dict[str, Any]:
+    def increments(self) -> Iterator[Increment]:
+        """Yield the increments that are on disk, without checkpoints."""
+        return (_read_increment(file) for file in self._files())
+
+    def finish(self, *, finished: bool, message: str, about: Mapping[str, Any]) -> None:
         """Write history.csv, fields.h5 and summary.json, and put the directory in its place.
 
-        ``finished`` says whether the whole motion was replayed, ``sentence`` how it ended, and
-        ``about`` is added to the summary, which is returned. There must be an increment.
+        ``finished`` says whether the whole motion was replayed, ``message`` how it ended, and
+        ``about`` is added to the summary. There must be an increment.
         """
         rows = []
-        fields = self.partial / "fields.h5"
-        with file_at_once(fields) as partial, h5py.File(partial, "w") as store:
-            _store_model(store, _read_model(self.partial / "model.npz"))
-            rows_of = _Rows(store, self.count)
-            for index, path in enumerate(self._files()):
-                increment = _read_increment(path)
+        with file_at_once(self.partial / FIELDS_FILE) as partial, h5py.File(partial, "w") as store:
+            write_model(store, _read_model(self.partial / "model.npz"))
+            fields = FieldRows(store, self.count)
+            for index, increment in enumerate(self.increments()):
                 rows.append(increment.row())
-                rows_of.write(index, increment)
-        _write_history(self.partial / "history.csv", rows)
-        self.log(sentence)
-        summary = {
-            "finished": finished,
-            "sentence": sentence,
-            "increments": self.count,
-            **_peaks(rows),
-            "newton_iterations": int(sum(row["newton_iterations"] for row in rows)),
-            "cutbacks": int(sum(row["cutbacks"] for row in rows)),
-            "wall_s": round(time.monotonic() - self._started, 2),
-            "version": version("drinksim"),
-            **about,
-        }
+                fields.write(index, increment)
+        with (
+            file_at_once(self.partial / HISTORY_FILE) as partial,
+            partial.open("w", newline="", encoding="utf-8") as stream,
+        ):
+            write_history(stream, rows)
+        self.log(message)
+        seconds = time.monotonic() - self._started
+        summary = run_summary(rows, finished=finished, message=message, wall_s=seconds, about=about)
         text = json.dumps(summary, indent=2, allow_nan=False)
-        (self.partial / "summary.json").write_text(text + "\n", encoding="utf-8")
+        (self.partial / SUMMARY_FILE).write_text(text + "\n", encoding="utf-8")
         shutil.rmtree(self._increments)
-        self._state_file(self.count - 1).unlink()
+        self._checkpoint_file(self.count - 1).unlink()
         (self.partial / "model.npz").unlink()
         put_in_place(self.partial, self.out)
         self._claim.close()
-        return summary
 
-    def _state_file(self, number: int) -> Path:
-        return self.partial / f"state-{number:06d}.npz"
+    def _checkpoint_file(self, number: int) -> Path:
+        return self.partial / f"checkpoint-{number:06d}.npz"
 
     def _files(self) -> list[Path]:
         return sorted(self._increments.glob("[0-9]*.npz"))
@@ -207,32 +196,6 @@ class SolutionWriter:
                 f"{self.partial} was started with other settings: repeat those, or run without "
                 "--resume to start over"
             )
-
-
-def _csv_row(row: Mapping[str, float]) -> list[str]:
-    whole = ("newton_iterations", "cutbacks")
-    return [str(int(value)) if name in whole else f"{value:.9g}" for name, value in row.items()]
-
-
-def _write_history(file: Path, rows: Sequence[Mapping[str, float]]) -> None:
-    with file_at_once(file) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow([quantity.name for quantity in HISTORY])
-        writer.writerows(_csv_row(row) for row in rows)
-
-
-def _peaks(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
-    """Return the extreme values over the run of what is compared between runs."""
-    smallest = {"dermis_min_log_strain"}
-    compared = [
-        quantity.name
-        for quantity in HISTORY
-        if quantity.name.startswith("dermis") or quantity.name.endswith(("_kpa", "_contact_mm"))
-    ]
-    return {
-        name: min(row[name] for row in rows) if name in smallest else max(row[name] for row in rows)
-        for name in compared
-    }
 
 
 def _write_arrays(file: Path, arrays: Arrays) -> None:
@@ -253,9 +216,9 @@ def _group(arrays: Arrays, name: str) -> Arrays:
     }
 
 
-def _read_model(file: Path) -> Model:
+def _read_model(file: Path) -> SectionModel:
     arrays = _read_arrays(file)
-    return Model(
+    return SectionModel(
         nodes=arrays["nodes"],
         triangles=arrays["triangles"],
         region=arrays["region"],
@@ -298,63 +261,3 @@ def _read_increment(file: Path) -> Increment:
         newton_iterations=int(arrays["cost"][0]),
         cutbacks=int(arrays["cost"][1]),
     )
-
-
-def _store_model(store: h5py.File, model: Model) -> None:
-    store.attrs["about"] = "drinksim replay; lengths in mm, stresses in MPa, head frame, y up"
-    mesh = store.create_group("mesh")
-    mesh["nodes"] = model.nodes
-    mesh["nodes"].attrs["unit"] = "mm"
-    mesh["triangles6"] = model.triangles
-    mesh["triangles6"].attrs["order"] = "corners 0, 1, 2, then the middles of 01, 12, 20"
-    mesh["region"] = model.region
-    mesh["region"].attrs["regions"] = list(model.region_names)
-    for lip, edges in model.skin.items():
-        mesh[f"{lip}_skin"] = edges
-        mesh[f"{lip}_skin"].attrs["order"] = "first, last, middle node of each edge"
-    for name, line in model.outlines.items():
-        store[f"outlines/{name}"] = line
-        store[f"outlines/{name}"].attrs["unit"] = "mm"
-        store[f"outlines/{name}"].attrs["frame"] = "neck" if name in IN_NECK_FRAME else "head"
-
-
-class _Rows:
-    """The datasets of fields.h5 with a row for each of ``count`` increments, made at the first."""
-
-    def __init__(self, store: h5py.File, count: int) -> None:
-        self._store, self._count = store, count
-        # Kept open: to find a dataset by its name again takes longer than to write its row.
-        self._open: dict[str, h5py.Dataset] = {}
-
-    def write(self, index: int, increment: Increment) -> None:
-        """Write row ``index`` of every dataset."""
-        place = increment.placement
-        times = Quantity("time_s", "s", "time of the recording")
-        where = Quantity("placement", "rad, mm, mm", "neck frame in the head frame: angle, x, y")
-        moved = Quantity("displacement", "mm", "of every node, head frame")
-        placement = np.array([place.angle_rad, *place.shift_mm])
-        self._row("increments", times, np.array(increment.time_s), index, "f8")
-        self._row("increments", where, placement, index, "f8")
-        self._row("increments", moved, increment.displacement, index, "f8")
-        for quantity in ELEMENT_FIELDS:
-            self._row("element", quantity, increment.element[quantity.name], index, "f4")
-        for lip, contact in increment.contact.items():
-            group = f"contact/{lip}"
-            if index == 0:
-                self._store[f"{group}/arc_mm"] = contact.arc_mm
-                self._store[f"{group}/arc_mm"].attrs["unit"] = "mm"
-            for quantity in CONTACT_FIELDS:
-                self._row(group, quantity, getattr(contact, quantity.name), index, "f8")
-
-    def _row(
-        self, group: str, quantity: Quantity, values: NDArray[Any], index: int, kind: str
-    ) -> None:
-        path = f"{group}/{quantity.name}"
-        if path not in self._open:
-            packed = {"chunks": (1, *values.shape), "compression": "gzip", "compression_opts": 1}
-            options = packed if values.ndim else {}
-            shape = (self._count, *values.shape)
-            self._open[path] = self._store.create_dataset(path, shape, kind, **options)
-            self._open[path].attrs["unit"] = quantity.unit
-            self._open[path].attrs["meaning"] = quantity.meaning
-        self._open[path][index] = values

@@ -20,12 +20,12 @@ from geometry2d.anatomy.head import HeadSection, head_section
 from geometry2d.drawings.drawn_head import drawn_head
 from geometry2d.drawings.section import drawn_neck
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import setting
 from geometry2d.neck import NECKS, NeckMeasurements, NeckSection, neck_section
 from scenarios.settings.tables import (
     SettingError,
     Value,
     nearest,
-    setting,
     split_override,
     table_from,
     toml_lines,

@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import json
-import math
 import tomllib
 import types
 import typing
@@ -18,6 +17,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Literal, TypeVar
 
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import in_unit, range_error
 
 Table = TypeVar("Table")
 Value = object
@@ -25,28 +25,6 @@ Value = object
 
 class SettingError(DrinksimError):
     """A setting is unknown, of the wrong kind or out of its range."""
-
-
-def setting(
-    *,
-    description: str,
-    default: Any = dataclasses.MISSING,
-    unit: str = "",
-    source: str = "",
-    minimum: float | None = None,
-    maximum: float | None = None,
-    choices: tuple[str, ...] | None = None,
-) -> Any:
-    """Return a dataclass field that knows its unit, range, source and what it is."""
-    metadata = {
-        "description": description,
-        "unit": unit,
-        "source": source,
-        "minimum": minimum,
-        "maximum": maximum,
-        "choices": choices,
-    }
-    return dataclasses.field(default=default, metadata=metadata)
 
 
 def nearest(word: str, words: Iterable[str]) -> str:
@@ -184,15 +162,9 @@ def _of_type(value: Value, hint: Any, field: dataclasses.Field[Any], where: str)
 
 
 def _check_range(number: float, field: dataclasses.Field[Any], where: str) -> None:
-    low, high = field.metadata.get("minimum"), field.metadata.get("maximum")
-    unit = field.metadata.get("unit") or ""
-    unit = f" {unit}" if unit else ""
-    if not math.isfinite(number):
-        raise SettingError(f"{where} = {number}: give a finite number")
-    if low is not None and number < low:
-        raise SettingError(f"{where} = {number:g}{unit} is too small: at least {low:g}{unit}")
-    if high is not None and number > high:
-        raise SettingError(f"{where} = {number:g}{unit} is too large: at most {high:g}{unit}")
+    wrong = range_error(number, field.metadata)
+    if wrong is not None:
+        raise SettingError(f"{where} = {in_unit(number, field.metadata)} {wrong}")
 
 
 def _alternatives(hint: Any) -> tuple[Any, ...]:

@@ -14,7 +14,8 @@ from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
-from fem2d.loads.dead import Amplitude, DeadLoad
+from fem2d.loads.amplitude import Amplitude
+from fem2d.loads.dead import DeadLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material, stiffened
@@ -25,7 +26,8 @@ from geometry2d.curves import nearest_arc_length
 from geometry2d.mesh import LEVELS, section_mesh
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import rotated
-from scenarios.results.solution import LIPS, Model
+from scenarios.results.increment import SectionModel
+from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import Muscle, Scenario, ScenarioError, Skin
 
 Array = NDArray[np.float64]
@@ -48,7 +50,7 @@ WALLS = ("upper_wall", "lower_wall")
 
 
 @dataclass(frozen=True)
-class SkinLine:
+class LipSkin:
     """The skin of a lip as a line, on which places are told by their distance from the margin.
 
     Attributes
@@ -66,7 +68,7 @@ class SkinLine:
     outwards: int
 
     @classmethod
-    def of(cls, head: HeadSection, lip: str) -> SkinLine:
+    def of(cls, head: HeadSection, lip: str) -> LipSkin:
         """Return the skin of the "upper" or the "lower" lip of a head."""
         points = getattr(head, lip).curves["skin"]
         margin = nearest_arc_length(points, head.landmarks[f"stomion_{lip}"])
@@ -213,7 +215,7 @@ class Lips:
     def load(self, pull: Pull) -> DeadLoad:
         """Return the dead load of a pull on a lip."""
         muscle = pull.muscle
-        line = SkinLine.of(self.head, muscle.lip)
+        line = LipSkin.of(self.head, muscle.lip)
         ends = sorted(line.arc_mm(place) for place in (muscle.from_mm, muscle.to_mm))
         direction = np.deg2rad(pull.direction_deg)
         size_mpa = 1e-3 * pull.traction_kpa
@@ -230,7 +232,7 @@ class Lips:
             amplitude=pull.amplitude,
         )
 
-    def model(self, head_angle_rad: float) -> Model:
+    def model(self, head_angle_rad: float) -> SectionModel:
         """Return the section as the solution keeps it, turned by an angle."""
         body = self.body
         names = tuple(f"{lip}_{part}" for lip in self.present for part in ("dermis", "bulk"))
@@ -249,7 +251,7 @@ class Lips:
         }
         walls = {wall: getattr(self.neck, wall).sampled(0.1) for wall in WALLS}
         walls["package"] = self.neck.silhouette
-        return Model(
+        return SectionModel(
             nodes=rotated(body.nodes, head_angle_rad),
             triangles=body.tables.connectivity,
             region=region,

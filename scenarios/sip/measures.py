@@ -1,129 +1,170 @@
-"""What is said about a contact: pressure at nodes, over elements and windows, and its length."""
+"""What is measured on the lips in a committed state: from fields and contacts to numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from fem2d.body.surface import Surface
+from fem2d.contact.rigid import ContactResponse, RigidContact
+from fem2d.solvers.march import Commit
+from fem2d.solvers.stability import Passage
+from geometry2d.rigid import rotated
+from scenarios.results.increment import ContactField, Measured
+from scenarios.results.quantities import LIPS
+from scenarios.sip.contact_line import ContactLine, recovered_traction
+from scenarios.sip.lip_model import Lips
 
 Array = NDArray[np.float64]
 
-WINDOW_MM = 0.5
-"""Length of deformed lip over which the window pressure is averaged (DESIGN, files)."""
-
-TOUCHING_MM = 0.005
-"""A smaller gap is none: the penalty lets surfaces overlap by up to that, and the lines of skin are
-0.02 to 0.2 mm deep (Bibb, Eggbeer and Paterson, *Medical Modelling*, 2015, section 6.17.3). The
-place where surfaces part by less than that converges slowly with the mesh
-(docs/theory/contact.md)."""
-
 
 @dataclass(frozen=True)
-class ContactLine:
-    """Load and gap along a surface, edges and points in order along it.
-
-    Attributes
-    ----------
-    load
-        (m, k) normal force per thickness that each node of an edge carries, N/mm.
-    length
-        (m, k) deformed length that each node stands for, mm.
-    place
-        (m, q) where each point that may touch lies along the deformed surface, mm, ascending.
-    gap
-        (m, q) distance of each of these points to the neck, mm, negative where it bears load.
-    """
-
-    load: Array
-    length: Array
-    place: Array
-    gap: Array
-
-    def top_two_edges(self) -> float:
-        """Return the mean pressure, MPa, of the two edges with the highest mean pressure.
-
-        This is the measure of the thesis (Figures 4.16 and 4.17). It rises as edges get shorter.
-        """
-        pressure = np.sort(self.load.sum(axis=1) / self.length.sum(axis=1))
-        return float(np.mean(pressure[-2:]))
-
-    def highest_window(self, window_mm: float = WINDOW_MM) -> float:
-        """Return the highest mean pressure, MPa, over any ``window_mm`` of the deformed surface.
-
-        The pressure is constant over the length that a node stands for, so the load up to a place
-        is piecewise linear and the highest window starts or ends where two points meet.
-        """
-        ends = np.concatenate([[0.0], np.cumsum(self.length.ravel())])
-        load = np.concatenate([[0.0], np.cumsum(self.load.ravel())])
-        if ends[-1] <= window_mm:
-            return float(load[-1] / ends[-1])
-        starts = np.concatenate([ends, ends - window_mm])
-        starts = starts[(starts >= 0) & (starts <= ends[-1] - window_mm)]
-        within = np.interp(starts + window_mm, ends, load) - np.interp(starts, ends, load)
-        return float(np.max(within)) / window_mm
-
-    def contact_length(self) -> float:
-        """Return the deformed length that is nearer to the neck than `TOUCHING_MM`, mm.
-
-        Beyond the end of a contact of round bodies the gap opens like the distance to the power of
-        3/2 (Johnson, *Contact Mechanics*, 1985, section 5.1), so that its power of 2/3 is a
-        straight line between points. If the point inside is closed, the line through the first two
-        open ones is followed back. What bears no load at all does not touch.
-        """
-        if not self.load.any():
-            return 0.0
-        place, first = np.unique(self.place, return_index=True)  # edges may share their ends
-        gap = self.gap.ravel()[first]
-        near = np.concatenate([[False], gap < TOUCHING_MM, [False]])
-        firsts = np.flatnonzero(near[1:] & ~near[:-1])
-        lasts = np.flatnonzero(near[:-1] & ~near[1:]) - 1
-        total = 0.0
-        for begin, end in zip(firsts, lasts, strict=True):
-            total += float(place[end] - place[begin])
-            total += _beyond(place[end:], gap[end:])
-            total += _beyond(-place[begin::-1], gap[begin::-1])
-        return total
-
-
-def recovered_traction(force: Array, length: Array) -> Array:
-    """Return the traction at the nodes of quadratic edges in a row from the nodes' forces.
-
-    The force on a node over the length that it stands for alternates between ends and middles of
-    edges where the traction varies. What the forces do to displacements that are linear along each
-    edge, they do exactly; over the length that such a displacement of one end stands for, half of
-    both edges, that is a traction whose sum is the force and whose error is of second order. It
-    keeps Coulomb's bound, and reaches at most one edge beyond the last node that bears load.
+class LipMeasures:
+    """Measures the fields of the dermis and the contact of each lip with the neck.
 
     Parameters
     ----------
-    force
-        (2m + 1,) of each node in the order end, middle, end, …, end.
-    length
-        (m,) of each edge, deformed; with a force in N and an area in mm² the traction is in MPa.
-
-    Returns
-    -------
-    Array
-        (2m + 1,) at the same nodes, linear along each edge.
+    lips
+        The model, in the frame of the head section.
+    head_angle_rad
+        Turn of that frame into the head frame, in which forces are given.
     """
-    ends, middles = force[::2], 0.5 * force[1::2]
-    work = ends + np.append(middles, 0.0) + np.append(0.0, middles)
-    half = 0.5 * length
-    traction = np.empty_like(force)
-    traction[::2] = work / (np.append(half, 0.0) + np.append(0.0, half))
-    traction[1::2] = 0.5 * (traction[:-2:2] + traction[2::2])
-    return traction
 
+    lips: Lips
+    head_angle_rad: float
 
-def _beyond(place: Array, gap: Array) -> float:
-    """Return how far beyond the first of these points, the last near one, `TOUCHING_MM` is, mm."""
-    if place.size == 1:
-        return 0.0
-    inside, outside = (0, 1) if gap[0] >= 0 else (1, 2)
-    if outside == place.size or gap[outside] <= gap[inside]:
-        return 0.5 * float(place[1] - place[0])  # it closes again: another stretch is next to this
-    opening = np.cbrt(gap[inside : outside + 1]) ** 2
-    share = (TOUCHING_MM ** (2 / 3) - opening[0]) / (opening[1] - opening[0])
-    reached = place[inside] + share * (place[outside] - place[inside])
-    return max(0.0, float(reached - place[0]))
+    def measured(self, commit: Commit) -> Measured:
+        """Return element fields, contact fields and history columns of a committed increment."""
+        fields = self.lips.body.fields(commit.state.displacement)
+        volume = fields.volume / fields.volume.sum(axis=1, keepdims=True)
+        strain = fields.log_strain
+        history = {
+            "dermis_min_log_strain": float(strain[self._dermis].min()),
+            "dermis_max_log_strain": float(strain[self._dermis].max()),
+            "dermis_max_mises_kpa": 1e3 * float(fields.von_mises[self._dermis].max()),
+        }
+        for lip in LIPS:
+            history |= self._lip_history(lip, commit)
+        return Measured(
+            element={
+                "log_strain_min": np.sum(volume * strain.min(axis=-1), axis=1),
+                "log_strain_max": np.sum(volume * strain.max(axis=-1), axis=1),
+                "von_mises_mpa": np.sum(volume * fields.von_mises, axis=1),
+            },
+            contact={lip: self._contact_field(lip, commit) for lip in LIPS},
+            history=history,
+        )
+
+    def located(self, passage: Passage) -> dict[str, Any]:
+        """Return when and where the equilibrium was unstable, for the summary.
+
+        The place is that of the node that moves most in the softest mode: the nearest lip, the arc
+        length on its skin, mm, and the position in the head frame, mm.
+        """
+        worst = passage.worst
+        lip, arc_mm = self._place_on_skin(worst.node)
+        x, y = self.in_head_frame(worst.place_mm).tolist()
+        return {
+            "from_s": passage.start_s,
+            "to_s": passage.end_s,
+            "modes": worst.modes,
+            "lip": lip,
+            "arc_mm": arc_mm,
+            "x_mm": x,
+            "y_mm": y,
+        }
+
+    def in_head_frame(self, vectors: ArrayLike) -> Array:
+        """Return vectors (..., 2) of the head section's frame in the head frame."""
+        return rotated(vectors, self.head_angle_rad)
+
+    @cached_property
+    def _skin(self) -> dict[str, Surface]:
+        return {lip: self.lips.free_surface(lip) for lip in LIPS}
+
+    @cached_property
+    def _dermis(self) -> NDArray[np.intp]:
+        body = self.lips.body
+        return np.concatenate([body.elements_of(f"{lip}_dermis") for lip in LIPS])
+
+    def _place_on_skin(self, node: int) -> tuple[str, float]:
+        """Return the lip whose skin is nearest to a node, and the arc length there, mm."""
+        body = self.lips.body
+        nearest: list[tuple[float, str, float]] = []
+        for lip, skin in self._skin.items():
+            away = skin.positions(np.zeros_like(body.nodes)) - body.nodes[node]
+            distance = np.linalg.norm(away, axis=-1)
+            at = np.unravel_index(np.argmin(distance), distance.shape)
+            nearest.append((float(distance[at]), lip, float(skin.arc_length[at])))
+        _, lip, arc_mm = min(nearest)
+        return lip, arc_mm
+
+    def _lip_history(self, lip: str, commit: Commit) -> dict[str, float]:
+        line = self._contact_line(lip, commit)
+        force = self.in_head_frame(self._force_on_neck(lip, commit))
+        return {
+            f"{lip}_lip_pressure_kpa": 1e3 * line.top_two_edges(),
+            f"{lip}_lip_window_kpa": 1e3 * line.highest_window(),
+            f"{lip}_lip_contact_mm": line.contact_length(),
+            f"{lip}_lip_force_x_n": float(force[0]),
+            f"{lip}_lip_force_y_n": float(force[1]),
+        }
+
+    def _on_neck(self, lip: str, commit: Commit) -> list[tuple[RigidContact, ContactResponse]]:
+        """Return the contacts of a lip with the walls of the neck, and their responses."""
+        return [
+            (contact, response)
+            for contact, response in zip(self.lips.system.contacts, commit.contacts, strict=True)
+            if contact.moving and contact.name.startswith(lip)
+        ]
+
+    def _contact_line(self, lip: str, commit: Commit) -> ContactLine:
+        walls, skin = self._on_neck(lip, commit), self._skin[lip]
+        load = np.sum([c.surface.carried(r.points.pressure) for c, r in walls], axis=0)
+        length = skin.weight * skin.stretch(commit.state.displacement)
+        position = walls[0][0].surface.positions(commit.state.displacement).reshape(-1, 2)
+        steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+        gap = np.min([response.points.gap for _, response in walls], axis=0)
+        place = np.concatenate([[0.0], np.cumsum(steps)]).reshape(gap.shape)
+        thickness = skin.thickness_mm
+        return ContactLine(load / thickness, length / thickness, place, gap)
+
+    def _force_on_neck(self, lip: str, commit: Commit) -> Array:
+        force = np.zeros(2)
+        for _, response in self._on_neck(lip, commit):
+            force -= response.force.reshape(-1, 2).sum(axis=0)
+        return force
+
+    def _contact_field(self, lip: str, commit: Commit) -> ContactField:
+        walls, skin = self._on_neck(lip, commit), self._skin[lip]
+        deformed = skin.weight * skin.stretch(commit.state.displacement)
+        gaps = [contact.surface.nodal(response.points.gap) for contact, response in walls]
+        nearest = np.argmin(gaps, axis=0)
+
+        def of_nearest_wall(name: str) -> Array:
+            values = np.stack([c.surface.nodal(getattr(r.points, name)) for c, r in walls])
+            taken: Array = np.take_along_axis(values, nearest[None], axis=0)[0]
+            return taken
+
+        # A node that two edges share is a point of both and carries what both give it.
+        place, first, node = np.unique(skin.arc_length, return_index=True, return_inverse=True)
+
+        def traction(name: str) -> Array:
+            carried = [c.surface.carried(getattr(r.points, name)) for c, r in walls]
+            force = np.zeros(len(place))
+            np.add.at(force, node.ravel(), np.sum(carried, axis=0).ravel())
+            return recovered_traction(force, deformed.sum(axis=1))
+
+        pressure = traction("pressure")
+        neck_arc = of_nearest_wall("outline_arc").ravel()[first]
+        return ContactField(
+            arc_mm=place,
+            pressure_mpa=pressure,
+            shear_mpa=traction("shear"),
+            gap_mm=of_nearest_wall("gap").ravel()[first],
+            neck_arc_mm=np.where(pressure > 0, neck_arc, np.nan),
+        )

@@ -34,9 +34,9 @@ from scipy.optimize import least_squares
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
-from scenarios.results.solution import LIPS
+from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import FirstContact, Placement, Scenario, ScenarioError
-from scenarios.sip.lip_model import WALLS, SkinLine
+from scenarios.sip.lip_model import WALLS, LipSkin
 
 Array = NDArray[np.float64]
 
@@ -160,23 +160,6 @@ class Placed:
             },
             "residuals_sigma": dict(self.residuals),
         }
-
-    def sentence(self) -> str:
-        """Return what was moved, in words."""
-        moved = [
-            f"{what} by {size}"
-            for what, size in (
-                ("the package", _size(self.shift.shift_x_mm, self.shift.shift_y_mm)),
-                ("the lower face", _size(*self.shift.lower_face_mm)),
-            )
-            if size
-        ]
-        if self.shift.turn_deg:
-            moved.append(f"the package turned by {self.shift.turn_deg:.1f}°")
-        if not moved:
-            return "nothing was moved"
-        how = "found from the first contacts" if self.found else "as the scenario says"
-        return f"moved, {how}: {', '.join(moved)}"
 
 
 def observed(scenario: Scenario, neck: NeckSection, head: HeadSection) -> Observed:
@@ -310,7 +293,7 @@ class _Fit:
         """Points (p, 2), mm, of the skin of each lip near its margin, and their places (p,)."""
         skins = {}
         for lip in LIPS:
-            line = SkinLine.of(self.head, lip)
+            line = LipSkin.of(self.head, lip)
             arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line.points, axis=0).T))])
             wanted = np.arange(0.0, arc[-1], SKIN_SPACING_MM)
             wanted = wanted[np.abs(wanted - line.margin_mm) < REACH_MM]
@@ -497,10 +480,6 @@ def _unexplained(problem: _Fit, q: Array, bound: Array, settings: Placement) -> 
         f"first contacts: first_contact.{name} stays {abs(residuals[worst]):.1f} standard "
         f"deviations off; {remedy}check [first_contact] and the scale of the marker file"
     )
-
-
-def _size(x: float, y: float) -> str:
-    return f"({x:+.1f}, {y:+.1f}) mm" if x or y else ""
 
 
 def _recorded_axes(summary: Path) -> dict[str, float]:

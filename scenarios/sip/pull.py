@@ -9,7 +9,7 @@ needs the smallest pull is taken. What relaxes afterwards lies down on the neck 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from fem2d.body.surface import Surface
-from fem2d.loads.dead import Amplitude
+from fem2d.loads.amplitude import Amplitude
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import StepSettings, march
 from fem2d.solvers.model import System
 from fem2d.solvers.state import State
+from geometry2d.foundation.progress import Progress
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, RigidPlacement
@@ -82,16 +83,6 @@ class FoundPull:
     clearance_mm: float
     equilibria: int
 
-    def sentence(self) -> str:
-        """Return the pull and what it does, in words."""
-        pull = self.pull
-        found = "auto" in (pull.muscle.traction_kpa, pull.muscle.direction_deg)
-        return (
-            f"the {pull.muscle.lip} lip drawn by {pull.traction_kpa:.2f} kPa towards "
-            f"{pull.direction_deg:.0f}°, {self.clearance_mm:.1f} mm clear of the neck"
-            f"{' (found)' if found else ''}"
-        )
-
     def about(self) -> dict[str, Any]:
         """Return the numbers for the summary."""
         return {
@@ -100,6 +91,7 @@ class FoundPull:
             "direction_deg": self.pull.direction_deg,
             "clearance_mm": self.clearance_mm,
             "equilibria_solved": self.equilibria,
+            "found": "auto" in (self.pull.muscle.traction_kpa, self.pull.muscle.direction_deg),
         }
 
 
@@ -107,7 +99,7 @@ def found_pull(
     lips: Lips,
     motion: RigidMotion,
     *,
-    progress: Callable[[str], None] = lambda what: None,
+    progress: Progress = lambda share, what: None,
 ) -> FoundPull | None:
     """Return the pull of a scenario's muscle, found where it says "auto"; None without a muscle.
 
@@ -130,12 +122,12 @@ def found_pull(
     trial = _Trial.of(lips, muscle, motion)
     if muscle.direction_deg != "auto":
         return trial.enough(muscle, trial.pulled(muscle.direction_deg))
-    progress(f"drawing the {muscle.lip} lip towards {len(DIRECTIONS_DEG)} directions")
+    progress(0.0, f"pulling the {muscle.lip} lip in {len(DIRECTIONS_DEG)} directions")
     with ThreadPoolExecutor(max_workers=2) as two_at_once:
         tried = list(two_at_once.map(trial.on_one_thread().pulled, DIRECTIONS_DEG))
 
     def needed_kpa(direction_deg: float) -> float:
-        progress(f"drawing the {muscle.lip} lip towards {direction_deg:.0f}°")
+        progress(0.0, f"pulling the {muscle.lip} lip towards {direction_deg:.0f}°")
         tried.append(trial.pulled(float(direction_deg)))
         return trial.cost(tried[-1])
 

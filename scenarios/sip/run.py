@@ -1,14 +1,17 @@
-"""Scenario in, run directory out: the chain from a recording to a solution on disk."""
+"""From a scenario to its solution, in memory or in a run directory as well."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import check_replaceable
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, ProgressOption, chosen_progress
 from mocap.convert import convert
-from scenarios.results.solution import Increment, peaks_in_words
+from scenarios.results.collector import SolutionCollector
+from scenarios.results.solution import Solution
 from scenarios.results.writer import SolutionWriter
 from scenarios.settings.scenario import (
     MotionFile,
@@ -24,17 +27,8 @@ MOTION_FILES = ("motion.csv", "summary.json", "tracks.csv")
 """What a replay and its pictures need of a conversion; tracks only for pictures."""
 
 
-@dataclass(frozen=True)
-class Run:
-    """How a replay ended: where it is, whether the whole motion was replayed, and in words.
-
-    ``peaks`` says the extreme values of the run.
-    """
-
-    folder: Path
-    finished: bool
-    sentence: str
-    peaks: str
+class NothingComputedError(DrinksimError):
+    """A replay stopped before its first increment."""
 
 
 @dataclass(frozen=True)
@@ -75,45 +69,85 @@ def convert_recording(
     return Conversion(out / "motion.csv", tuple(result.summary["warnings"]))
 
 
-def replay_into(scenario: Scenario, out: Path, *, resume: bool, progress: Progress) -> Run:
-    """Replay a scenario into the run directory ``out``.
+def solve(
+    scenario: Scenario,
+    *,
+    out: Path | str | None = None,
+    resume: bool = False,
+    progress: ProgressOption = None,
+) -> Solution:
+    """Replay a scenario and return its solution.
 
-    The motion is the scenario's, or else its recording's, converted first; it is kept in the run
-    directory. Each increment is safe on disk once it is computed, and ``resume`` goes on after the
-    last one of an earlier attempt.
+    The motion is the scenario's, or else its recording's, converted first.
+
+    Parameters
+    ----------
+    scenario
+        What to replay.
+    out
+        A run directory to write too; None writes nothing. Each increment is safe on disk once it
+        is computed.
+    resume
+        Go on after the last increment of an unfinished run in ``out``.
+    progress
+        True shows a line on the terminal or in the notebook; a function is called with the share
+        that is done and what is being done.
+
+    Returns
+    -------
+    Solution
+        Also if the replay stopped early: see ``finished`` and ``message``.
 
     Raises
     ------
-    ValueError
-        One of the packages' own kinds, if an input is wrong.
+    DrinksimError
+        If an input is wrong, or if nothing could be computed.
     OSError
         If ``out`` cannot be written.
     """
+    with chosen_progress(progress, f"replay {scenario.name}") as show:
+        if out is None:
+            return _solved_in_memory(scenario, show)
+        return _solved_into(scenario, Path(out), resume=resume, progress=show)
+
+
+def _solved_in_memory(scenario: Scenario, progress: Progress) -> Solution:
+    collector = SolutionCollector()
+    with TemporaryDirectory() as folder:
+        outcome = replay(
+            _with_motion(scenario, Path(folder), progress),
+            on_model=collector.model,
+            on_increment=collector.commit,
+            progress=progress,
+        )
+    if collector.count == 0:
+        raise NothingComputedError(f"nothing was computed: {outcome.message}")
+    return collector.finish(
+        scenario, finished=outcome.finished, message=outcome.message, about=outcome.about
+    )
+
+
+def _solved_into(scenario: Scenario, out: Path, *, resume: bool, progress: Progress) -> Solution:
     kept = MotionFile(f"{MOTION_FOLDER}/motion.csv")
     text = resolved_toml(replace(scenario, motion=kept))
     with SolutionWriter(out, text, resume=resume) as writer:
         motion = _provided_motion(scenario, writer, progress)
-
-        def commit(increment: Increment) -> None:
-            writer.commit(increment)
-            progress(increment.relative_time, f"{increment.time_s:.2f} s of the recording")
-
         outcome = replay(
             scenario.with_motion(motion),
             on_model=writer.model,
-            on_increment=commit,
+            on_increment=writer.commit,
             resume_from=writer.last(),
             progress=progress,
         )
         if writer.count == 0:
             writer.discard()
-            return Run(out, False, outcome.sentence, "nothing was computed")
-        summary = writer.finish(
+            raise NothingComputedError(f"nothing was computed: {outcome.message}")
+        writer.finish(
             finished=outcome.finished,
-            sentence=outcome.sentence,
+            message=outcome.message,
             about={"scenario": scenario.name, **outcome.about},
         )
-    return Run(out, outcome.finished, outcome.sentence, peaks_in_words(summary))
+    return Solution.load(out)
 
 
 def _provided_motion(scenario: Scenario, writer: SolutionWriter, progress: Progress) -> Path:
@@ -135,3 +169,13 @@ def _provided_motion(scenario: Scenario, writer: SolutionWriter, progress: Progr
         if source.is_file():
             writer.keep(source, folder / name)
     return kept
+
+
+def _with_motion(scenario: Scenario, folder: Path, progress: Progress) -> Scenario:
+    """Return the scenario with a motion; its recording is converted into ``folder`` if need be."""
+    if scenario.motion is not None:
+        return scenario
+    assert scenario.recording is not None  # a scenario has a motion or a recording
+    return scenario.with_motion(
+        convert_recording(scenario.recording, folder / MOTION_FOLDER, progress=progress).motion
+    )

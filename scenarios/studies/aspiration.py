@@ -23,7 +23,7 @@ from fem2d.materials.material import Material
 from fem2d.solvers.static import Load, Settled, advance, eigenvalue_nearest_zero
 from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress
-from scenarios.settings.tables import setting
+from geometry2d.foundation.settings import setting
 from scenarios.studies.suction import MPA_PER_KPA, SuctionModel, SuctionOptions
 
 Array = NDArray[np.float64]

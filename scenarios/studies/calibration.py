@@ -36,7 +36,7 @@ from geometry2d.foundation.output import (
     put_in_place,
 )
 from geometry2d.foundation.progress import Progress
-from scenarios.settings.tables import setting
+from geometry2d.foundation.settings import setting
 from scenarios.studies.aspiration import write_summary, write_table
 from scenarios.studies.suction import MPA_PER_KPA, SuctionModel, SuctionOptions
 

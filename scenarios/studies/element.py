@@ -25,7 +25,7 @@ from fem2d.materials.material import Material, poisson_ratio
 from fem2d.materials.ogden import Ogden
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import directory_at_once
-from scenarios.settings.tables import setting
+from geometry2d.foundation.settings import setting
 from scenarios.studies.element_types import element_type_rows
 
 COLUMNS = ("stretch", "log_strain", "nominal_stress_mpa", "cauchy_stress_mpa")

@@ -35,10 +35,11 @@ from fem2d.solvers.static import Load, Settled, StaticSystem, advance, settle
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.settings import setting
 from geometry2d.mesh import polygon_mesh
 from geometry2d.neck import NECKS, NeckSection, neck_section
 from geometry2d.rigid import RigidPlacement
-from scenarios.settings.tables import nearest, setting
+from scenarios.settings.tables import nearest
 from scenarios.studies.aspiration import write_summary, write_table
 
 Array = NDArray[np.float64]

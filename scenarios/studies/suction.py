@@ -30,8 +30,8 @@ from fem2d.solvers.linear import DirectSolver, fastest_solver
 from fem2d.solvers.static import Load, Reach, Settled, StaticSystem, advance, settle
 from geometry2d.curves import graded
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import setting
 from geometry2d.outline import Outline
-from scenarios.settings.tables import setting
 
 Array = NDArray[np.float64]
 

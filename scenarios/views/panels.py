@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidPlacement
-from scenarios.results.solution import Frame, Solution
+from scenarios.results.solution import Snapshot, Solution
 from scenarios.views.filmed import Crop, Image
 from scenarios.views.run_view import RunView, Window
 from scenarios.views.scene import INK, LOWER, PAPER, QUIET, UPPER, Scene
@@ -56,7 +56,7 @@ class ModelPanel:
         if label:
             self.artists.append(_label(self.axes, label))
 
-    def show(self, frame: Frame, head: RigidPlacement) -> None:
+    def show(self, frame: Snapshot, head: RigidPlacement) -> None:
         """Show the model at one instant, with the head at ``head`` in the world."""
         self.scene.show(frame, head)
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from geometry2d.foundation.output import file_at_once
 from geometry2d.neck import NeckSection
-from scenarios.results.solution import LIPS, Quantity, Solution
+from scenarios.results.quantities import LIPS, Quantity
+from scenarios.results.solution import Solution
 from scenarios.settings.scenario import read_scenario
 from scenarios.views.scene import (
     INK,
@@ -191,7 +192,7 @@ def _name_stretches(axes: Axes, stretches: Mapping[str, tuple[float, float]]) ->
 
 def _history(axes: Axes, solution: Solution, name: str, colour: str, *, alone: bool) -> None:
     time = solution["relative_time"].values
-    label = str(solution.summary.get("scenario", solution.folder.name))
+    label = solution.name
     axes.plot(time, solution[name].values, color=colour, lw=1.8, label=label)
     window = WINDOWS.get(name)
     if alone and window is not None:

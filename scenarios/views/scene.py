@@ -23,14 +23,9 @@ from matplotlib.transforms import Affine2D, Transform
 from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidPlacement
-from scenarios.results.solution import (
-    ELEMENT_FIELDS,
-    IN_NECK_FRAME,
-    Frame,
-    Integers,
-    Model,
-    Solution,
-)
+from scenarios.results.increment import Integers, SectionModel
+from scenarios.results.quantities import ELEMENT_FIELDS, IN_NECK_FRAME
+from scenarios.results.solution import Snapshot, Solution
 
 Array = NDArray[np.float64]
 
@@ -134,7 +129,7 @@ def upper_limit(values: Iterable[float]) -> float:
 class SkinLine:
     """The skin of one lip as a line that carries contact pressure."""
 
-    def __init__(self, model: Model, edges: Integers, arc_mm: Array) -> None:
+    def __init__(self, model: SectionModel, edges: Integers, arc_mm: Array) -> None:
         self.nodes = np.append(edges[:, [0, 2]].ravel(), edges[-1, 1])
         steps = np.hypot(*np.diff(model.nodes[self.nodes], axis=0).T)
         self._node_arc = np.concatenate([[0.0], np.cumsum(steps)])
@@ -219,7 +214,7 @@ class Scene:
         """What the colour bar of the pressure belongs to."""
         return self._pressure
 
-    def show(self, frame: Frame, head: RigidPlacement) -> None:
+    def show(self, frame: Snapshot, head: RigidPlacement) -> None:
         """Move everything to where it is in ``frame``, with the head at ``head`` in the world."""
         _set_placement(self._head, head)
         _set_placement(self._neck, frame.placement)
@@ -275,7 +270,7 @@ def _closed(polygons: list[Array]) -> Curve:
     return Curve.make_compound_path(*paths)
 
 
-def _loops_by_region(model: Model, names: NDArray[np.str_], ending: str) -> list[Integers]:
+def _loops_by_region(model: SectionModel, names: NDArray[np.str_], ending: str) -> list[Integers]:
     return [
         loop
         for name in model.region_names
@@ -284,7 +279,7 @@ def _loops_by_region(model: Model, names: NDArray[np.str_], ending: str) -> list
     ]
 
 
-def _outside(profile: Array | None, model: Model, distance_mm: float = 1.0) -> list[Array]:
+def _outside(profile: Array | None, model: SectionModel, distance_mm: float = 1.0) -> list[Array]:
     """Return the face's profile above and below the lips' skin, not the way across the mouth."""
     if profile is None:
         return []
@@ -315,7 +310,7 @@ def colour_limits(solution: Solution, shown: Shown, samples: int = 24) -> tuple[
     dermis = np.char.endswith(names, "dermis")
     indices = np.unique(np.linspace(0, solution.time_s.size - 1, samples).round().astype(int))
     worst = [
-        float(np.quantile(solution.frame(i).element[shown.field][dermis] * shown.factor, 0.98))
+        float(np.quantile(solution.snapshot(i).element[shown.field][dermis] * shown.factor, 0.98))
         for i in indices
     ]
     peaks = [float(solution[f"{lip}_lip_pressure_kpa"].values.max()) for lip in solution.contact]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from geometry2d.rigid import rotated
-from scenarios.results.solution import Increment
+from scenarios.results.increment import Increment
 from scenarios.settings.scenario import read_scenario
 from scenarios.sip.replay import replay
 from scenarios.sip.run import convert_recording

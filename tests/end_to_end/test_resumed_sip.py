@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mocap.convert import convert
-from scenarios.results.solution import Increment
+from scenarios.results.increment import Increment
 from scenarios.settings.scenario import Scenario, read_scenario
 from scenarios.sip.replay import Outcome, replay
 
@@ -46,9 +46,9 @@ def test_resumed_replay_gives_the_same_bits_and_the_same_summary(scenario: Scena
         assert one.time_s == other.time_s
         assert one.history == other.history
         np.testing.assert_array_equal(one.displacement, other.displacement)
-        assert one.state.keys() == other.state.keys()
-        for name, values in one.state.items():
-            np.testing.assert_array_equal(values, other.state[name], err_msg=name)
+        assert one.checkpoint.keys() == other.checkpoint.keys()
+        for name, values in one.checkpoint.items():
+            np.testing.assert_array_equal(values, other.checkpoint[name], err_msg=name)
         for lip, contact in one.contact.items():
             for item in fields(contact):
                 np.testing.assert_array_equal(
@@ -57,5 +57,5 @@ def test_resumed_replay_gives_the_same_bits_and_the_same_summary(scenario: Scena
     assert outcome.about == resumed.about
     # The deepest penetration so far came before the interruption in at least one of the pairs.
     assert outcome.about["largest_penetration_neck_mm"] > 0
-    assert f"since it was resumed at {first[-1].time_s:.3f} s" in resumed.sentence
-    assert "resumed" not in outcome.sentence
+    assert f"since it was resumed at {first[-1].time_s:.3f} s" in resumed.message
+    assert "resumed" not in outcome.message

@@ -11,7 +11,8 @@ import shapely
 from fem2d.body.surface import edge_shapes
 from geometry2d.rigid import RigidPlacement, rotated
 from scenarios.cli.commands import main
-from scenarios.results.solution import Increment, Solution
+from scenarios.results.increment import Increment
+from scenarios.results.solution import Solution
 from scenarios.settings.scenario import Scenario, read_scenario
 from scenarios.sip.replay import Prepared, prepared, replay
 from scenarios.sip.run import convert_recording

@@ -146,3 +146,26 @@ def test_every_measurement_has_a_source():
 def test_impossible_necks_are_refused_by_name(wrong, named):
     with pytest.raises(NeckError, match=named):
         neck_section(dataclasses.replace(A38_NECK, **wrong))
+
+
+@pytest.mark.parametrize("wall", ["upper", "lower"])
+@given(necks)
+@settings(max_examples=20, deadline=None)
+def test_the_edge_of_the_rim_is_where_its_plane_meets_the_outside(wall, measurements):
+    m = measurements
+    edge = neck_section(m).rim_edge(wall)
+    side = 1 if wall == "upper" else -1
+    outside = 0.5 * m.mark_distance_mm + side * 0.5 * m.root_diameter_mm
+    assert edge == pytest.approx([-m.mark_depth_mm, outside], abs=1e-3)
+
+
+def test_a_neck_without_a_thread():
+    m = dataclasses.replace(A38_NECK, crests=0)
+    neck = neck_section(m)
+    assert set(neck.lower_stretches) == {"rim", "plain"}
+    axis = 0.5 * m.mark_distance_mm
+    upper = neck.upper_wall.sampled(0.05)
+    assert upper[:, 1].max() - axis == pytest.approx(0.5 * m.root_diameter_mm)
+    assert upper[:, 0].min() == pytest.approx(-m.mark_depth_mm)
+    low, high = neck.lower_stretches["plain"]
+    assert high - low == pytest.approx(m.length_mm, rel=0.1)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.results.solution import Increment, Model
+from scenarios.results.increment import Increment, SectionModel
 from scenarios.results.writer import SolutionWriter
 from tests.support.made_up_sip import (
     COUNT,
@@ -18,18 +18,18 @@ from tests.support.made_up_sip import (
 
 
 @pytest.fixture(scope="session")
-def model() -> Model:
+def model() -> SectionModel:
     return small_model()
 
 
 @pytest.fixture(scope="session")
-def increments(model: Model) -> list[Increment]:
+def increments(model: SectionModel) -> list[Increment]:
     return [small_increment(model, index, COUNT) for index in range(COUNT)]
 
 
 @pytest.fixture(scope="session")
 def run_directory(
-    tmp_path_factory: pytest.TempPathFactory, model: Model, increments: list[Increment]
+    tmp_path_factory: pytest.TempPathFactory, model: SectionModel, increments: list[Increment]
 ) -> Path:
     """A finished run with a recording."""
     place = tmp_path_factory.mktemp("runs")
@@ -45,5 +45,5 @@ def run_directory(
     writer.model(model)
     for increment in increments:
         writer.commit(increment)
-    writer.finish(finished=True, sentence="all of it", about={"scenario": "made up"})
+    writer.finish(finished=True, message="all of it", about={"scenario": "made up"})
     return place / "run"

@@ -8,7 +8,8 @@ import numpy as np
 
 from geometry2d.rigid import RigidPlacement
 from mocap.synthetic.rendering import write_recording
-from scenarios.results.solution import HISTORY, ContactField, Increment, Model
+from scenarios.results.increment import ContactField, Increment, SectionModel
+from scenarios.results.quantities import HISTORY
 
 UPPER_MOUTH = np.array([104.0, -26.0])
 LOWER_MOUTH = np.array([102.0, -38.0])
@@ -52,7 +53,7 @@ def edges_on(nodes: np.ndarray, triangles: np.ndarray, y: float, *, rightward: b
     return np.array(found)
 
 
-def small_model() -> Model:
+def small_model() -> SectionModel:
     """Return two blocks, an upper and a lower lip, with a dermis on the sides that face."""
     upper, upper_triangles = block(UPPER_MOUTH - [24.0, 0.0], (24.0, 12.0), (16, 8))
     lower, lower_triangles = block(LOWER_MOUTH - [24.0, 12.0], (24.0, 12.0), (16, 8))
@@ -67,7 +68,7 @@ def small_model() -> Model:
     ring = np.linspace(0, 2 * np.pi, 61)
     wall = np.column_stack([9.0 * np.cos(ring), 1.2 * np.sin(ring)])
     tooth = np.column_stack([3.0 * np.cos(ring), 5.0 * np.sin(ring)])
-    return Model(
+    return SectionModel(
         nodes=nodes,
         triangles=triangles,
         region=region,
@@ -88,7 +89,7 @@ def small_model() -> Model:
     )
 
 
-def small_increment(model: Model, index: int, count: int) -> Increment:
+def small_increment(model: SectionModel, index: int, count: int) -> Increment:
     """Return increment ``index`` of ``count``: both lips are pressed in and let go."""
     share = index / (count - 1)
     press = float(np.sin(np.pi * share) ** 2)
@@ -124,6 +125,7 @@ def small_increment(model: Model, index: int, count: int) -> Increment:
     history["dermis_min_log_strain"] = -0.4 * press
     history["dermis_max_log_strain"] = 0.2 * press
     history["lower_lip_pressure_kpa"] = 25.0 * press
+    history["lower_lip_window_kpa"] = 20.0 * press
     return Increment(
         time_s=1.0 + 0.1 * index,
         relative_time=share,
@@ -134,7 +136,7 @@ def small_increment(model: Model, index: int, count: int) -> Increment:
         history=history,
         newton_iterations=3,
         cutbacks=int(index == 4),
-        state={"stick": np.full(3, float(index))},
+        checkpoint={"stick": np.full(3, float(index))},
     )
 
 

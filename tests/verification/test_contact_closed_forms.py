@@ -15,7 +15,7 @@ from fem2d.contact.rigid import RigidContact
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.newton import NewtonSettings
 from geometry2d.outline import Outline
-from scenarios.sip.measures import ContactLine
+from scenarios.sip.contact_line import ContactLine
 from tests.support.contact_models import (
     LoadedSystem,
     block,

@@ -10,7 +10,8 @@ from fem2d.body.body import BodyError
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
-from fem2d.loads.dead import Amplitude, DeadLoad
+from fem2d.loads.amplitude import Amplitude
+from fem2d.loads.dead import DeadLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.solvers.components import component_of_node, components_of, components_touch
 from fem2d.solvers.inertia import Inertia

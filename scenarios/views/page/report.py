@@ -23,7 +23,9 @@ from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import check_writable, file_at_once
 from geometry2d.foundation.progress import Progress
 from geometry2d.neck import NeckSection
-from scenarios.results.solution import LIPS, Solution
+from scenarios.results.messages import verdict_message
+from scenarios.results.quantities import LIPS
+from scenarios.results.solution import Solution
 from scenarios.results.verdict import FAILURE, PAIN, Threshold, Verdict
 from scenarios.settings.scenario import Scenario, read_scenario
 from scenarios.views.page.figures import (
@@ -211,7 +213,7 @@ def _header(runs: Sequence[Reported]) -> Markup:
 def _summary(runs: Sequence[Reported]) -> Markup:
     cards = []
     for run in runs:
-        parts = [tag("h3", run.label), tag("p", run.verdict.sentence)]
+        parts = [tag("h3", run.label), tag("p", verdict_message(run.verdict))]
         if not run.solution.summary["finished"]:
             said = f"The run is not complete: {run.solution.summary['sentence']}"
             parts.insert(1, tag("p", said, class_="warning"))

@@ -14,7 +14,8 @@ from fem2d.contact.laws import FrictionLaw, NormalLaw, pressure_of_gap
 from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
 from fem2d.export.deck import DeckError, abaqus_deck
-from fem2d.loads.dead import Amplitude, DeadLoad
+from fem2d.loads.amplitude import Amplitude
+from fem2d.loads.dead import DeadLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.neo_hookean import NeoHookean

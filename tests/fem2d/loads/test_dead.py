@@ -8,7 +8,8 @@ import pytest
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
-from fem2d.loads.dead import Amplitude, DeadLoad, LoadError
+from fem2d.loads.amplitude import Amplitude, LoadError
+from fem2d.loads.dead import DeadLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import SuperLu

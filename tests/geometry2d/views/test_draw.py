@@ -5,10 +5,11 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from geometry2d.anatomy.head import head_section
+from geometry2d.anatomy.muscles import muscle_regions
 from geometry2d.mesh import LEVELS, section_mesh
 from geometry2d.neck import neck_section
 from geometry2d.rigid import RigidPlacement
-from geometry2d.views.draw import PALETTE, draw_head, draw_mesh, draw_neck
+from geometry2d.views.draw import PALETTE, draw_head, draw_mesh, draw_muscles, draw_neck
 
 WINDOW = (60.0, 130.0, -115.0, 0.0)
 
@@ -43,6 +44,21 @@ def test_head_shows_tissue_where_tissue_is(axes):
     inside = head.landmarks["upper_lip"] - [6.0, 0.0]
     np.testing.assert_allclose(colour_at(axes, inside), to_rgb(PALETTE.bulk), atol=0.02)
     np.testing.assert_allclose(colour_at(axes, (128.0, -60.0)), 1.0)
+
+
+def test_muscles_are_drawn_where_they_lie_and_named(axes):
+    head = head_section()
+    muscles = muscle_regions(head)
+    draw_muscles(axes, muscles.values())
+    axes.set_xlim(*WINDOW[:2])
+    axes.set_ylim(*WINDOW[2:])
+    written = {text.get_text() for text in axes.texts}
+    assert written == {name.replace("_", " ") for name in muscles}
+    for patch, muscle in zip(axes.patches, muscles.values(), strict=True):
+        np.testing.assert_array_equal(patch.get_xy()[:-1], muscle.polygon)
+    red, green, blue = colour_at(axes, muscles["mentalis"].polygon.mean(axis=0))
+    assert red > green + 0.1
+    assert red > blue + 0.1
 
 
 def test_neck_is_drawn_where_it_is_placed(axes):

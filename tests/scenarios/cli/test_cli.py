@@ -19,7 +19,8 @@ from mocap.synthetic.rendering import write_recording
 from mocap.video.frames import Video
 from scenarios.cli.commands import main
 from scenarios.recordings.rendering import LIBRARY
-from scenarios.results.solution import Increment, Model, Solution
+from scenarios.results.increment import Increment, SectionModel
+from scenarios.results.solution import Solution
 from scenarios.settings.scenario import Scenario
 from scenarios.sip import run
 from scenarios.sip.replay import Outcome
@@ -264,9 +265,9 @@ class MadeUpReplay:
         self,
         scenario: Scenario,
         *,
-        on_model: Callable[[Model], None],
+        on_model: Callable[[SectionModel], None],
         on_increment: Callable[[Increment], None],
-        resume_from: Increment | None,
+        resume_from: Increment | None = None,
         progress: object,
     ) -> Outcome:
         model = small_model()
@@ -277,7 +278,7 @@ class MadeUpReplay:
             on_increment(small_increment(model, index, COUNT))
         if self.interrupted:
             raise KeyboardInterrupt
-        return Outcome(self.until == COUNT, f"{self.until} of {COUNT}", {"elements": 7})
+        return Outcome(self.until == COUNT, (f"{self.until} of {COUNT}",), {"elements": 7})
 
 
 @pytest.fixture
@@ -296,7 +297,7 @@ def test_a_replay_becomes_a_run_directory(
     assert main(["replay", "A38-F", "--motion", str(motion), "--out", str(out)]) == 0
     said = capsys.readouterr().out.splitlines()
     assert said[0] == f"{out}: 11 of 11"
-    assert "60 kPa on the upper lip, 25 kPa on the lower lip" in said[1]
+    assert "60 kPa on the upper lip, 20 kPa on the lower lip" in said[1]
     solution = Solution.load(out)
     assert solution.summary["scenario"] == "A38-F"
     assert solution.summary["elements"] == 7

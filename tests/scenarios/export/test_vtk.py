@@ -46,7 +46,7 @@ def test_every_increment_is_there_at_its_time(exported: Path, run_directory: Pat
 def test_lips_are_read_back(exported: Path, run_directory: Path) -> None:
     solution = Solution.load(run_directory)
     found = arrays(exported / "lips_0005.vtu")
-    frame = solution.frame(5)
+    frame = solution.snapshot(5)
     np.testing.assert_array_equal(found["position_mm"][:, :2], solution.model.nodes)
     np.testing.assert_array_equal(found["displacement_mm"][:, :2], frame.displacement)
     assert np.abs(frame.displacement).max() > 1.0
@@ -76,7 +76,7 @@ def test_triangles_run_counter_clockwise(run_directory: Path, tmp_path: Path) ->
 
     assert np.ptp(np.sign(twice_the_area(other_way))) == 2
     file = tmp_path / "lips.vtu"
-    file.write_text(lips_vtu(model, solution.frame(5)))
+    file.write_text(lips_vtu(model, solution.snapshot(5)))
     triangles = arrays(file)["connectivity"].reshape(-1, 6)
     assert np.all(twice_the_area(triangles) > 0)
     nodes = model.nodes[triangles]

@@ -11,21 +11,25 @@ import numpy as np
 import pytest
 
 from geometry2d.foundation.output import OutputError
-from scenarios.results.solution import HISTORY, Increment, Model, Solution, SolutionError
+from scenarios.results.collector import SolutionCollector
+from scenarios.results.increment import Increment, SectionModel, SolutionError
+from scenarios.results.quantities import HISTORY
+from scenarios.results.solution import Solution
 from scenarios.results.writer import SolutionWriter
+from scenarios.settings.scenario import read_scenario
 
 TOML = 'name = "made up"\n'
 
 
 def test_everything_written_comes_back(
-    run_directory: Path, model: Model, increments: list[Increment]
+    run_directory: Path, model: SectionModel, increments: list[Increment]
 ) -> None:
     solution = Solution.load(run_directory)
     assert solution.model.region_names == model.region_names
     np.testing.assert_array_equal(solution.model.triangles, model.triangles)
     np.testing.assert_array_equal(solution.model.skin["lower"], model.skin["lower"])
     for index in (0, 5, 10):
-        written, frame = increments[index], solution.frame(index)
+        written, frame = increments[index], solution.snapshot(index)
         assert frame.placement == written.placement
         np.testing.assert_array_equal(frame.displacement, written.displacement)
         np.testing.assert_allclose(
@@ -36,6 +40,43 @@ def test_everything_written_comes_back(
         )
 
 
+def collected(model: SectionModel, increments: list[Increment]) -> Solution:
+    collector = SolutionCollector()
+    collector.model(model)
+    for increment in increments:
+        collector.commit(increment)
+    scenario = read_scenario("A38-F")
+    return collector.finish(scenario, finished=True, message="all of it", about={"elements": 7})
+
+
+def test_a_solution_in_memory_equals_the_one_on_disk(
+    run_directory: Path, model: SectionModel, increments: list[Increment]
+) -> None:
+    kept, loaded = collected(model, increments), Solution.load(run_directory)
+    assert kept.folder is None
+    assert kept.scenario.name == "A38-F"
+    assert kept == loaded
+    assert loaded == kept
+    shorter = collected(model, increments[:-1])
+    assert shorter != kept
+    other = dataclasses.replace(increments[3], displacement=increments[3].displacement + 1e-12)
+    assert collected(model, [*increments[:3], other, *increments[4:]]) != kept
+    differing = {"wall_s", "scenario", "elements"}
+    for name in kept.summary.keys() - differing:
+        assert kept.summary[name] == loaded.summary[name]
+
+
+def test_a_solution_is_told_in_a_line(
+    run_directory: Path, model: SectionModel, increments: list[Increment]
+) -> None:
+    kept = collected(model, increments)
+    assert repr(kept) == "<Solution A38-F: 11 increments, 1.00 to 2.00 s, in memory>"
+    assert str(run_directory) in repr(Solution.load(run_directory))
+    pressure = kept["upper_lip_window_kpa"]
+    assert repr(pressure) == "<History upper_lip_window_kpa: 0 to 60 kPa, 1.00 to 2.00 s>"
+    assert repr(kept.at(1.5)) == "<Snapshot at 1.500 s, contact pressure to 60.0 kPa>"
+
+
 def test_outputs_have_names_units_and_values_between_increments(run_directory: Path) -> None:
     solution = Solution.load(run_directory)
     pressure = solution["upper_lip_pressure_kpa"]
@@ -44,7 +85,7 @@ def test_outputs_have_names_units_and_values_between_increments(run_directory: P
     assert pressure.at(1.55) == pytest.approx((pressure.at(1.5) + pressure.at(1.6)) / 2)
     assert pressure.at(99.0) == pytest.approx(pressure.values[-1])
     frame = solution.at(1.45)
-    expected = (solution.frame(4).displacement + solution.frame(5).displacement) / 2
+    expected = (solution.snapshot(4).displacement + solution.snapshot(5).displacement) / 2
     np.testing.assert_allclose(frame.displacement, expected, atol=1e-12)
 
 
@@ -75,7 +116,7 @@ def test_the_documentation_names_every_column_and_dataset(run_directory: Path) -
 
 
 def test_a_killed_run_goes_on_where_it_was(
-    tmp_path: Path, model: Model, increments: list[Increment], run_directory: Path
+    tmp_path: Path, model: SectionModel, increments: list[Increment], run_directory: Path
 ) -> None:
     out = tmp_path / "run"
     with SolutionWriter(out, TOML, resume=False) as killed:  # the end of a process frees the place
@@ -84,18 +125,18 @@ def test_a_killed_run_goes_on_where_it_was(
             killed.commit(increment)
     # What a kill in the middle of the next write leaves behind.
     (killed.folder / "increments" / ".000004.partial.npz").write_bytes(b"half a file")
-    (killed.folder / "state-000004.npz").write_bytes(b"half a file")
+    (killed.folder / "checkpoint-000004.npz").write_bytes(b"half a file")
     assert not out.exists()
 
     resumed = SolutionWriter(out, TOML, resume=True)
     last = resumed.last()
     assert last is not None
     assert last.time_s == increments[3].time_s
-    np.testing.assert_array_equal(last.state["stick"], increments[3].state["stick"])
+    np.testing.assert_array_equal(last.checkpoint["stick"], increments[3].checkpoint["stick"])
     np.testing.assert_array_equal(last.displacement, increments[3].displacement)
     for increment in increments[4:]:
         resumed.commit(increment)
-    resumed.finish(finished=True, sentence="all of it", about={})
+    resumed.finish(finished=True, message="all of it", about={})
 
     assert (out / "history.csv").read_text() == (run_directory / "history.csv").read_text()
     for name in ("increments/displacement", "element/log_strain_min", "contact/upper/gap_mm"):
@@ -141,15 +182,15 @@ def test_a_run_that_fails_before_its_first_increment_leaves_nothing(tmp_path: Pa
 
 
 def test_an_earlier_result_is_replaced_and_other_files_are_not(
-    tmp_path: Path, model: Model, increments: list[Increment]
+    tmp_path: Path, model: SectionModel, increments: list[Increment]
 ) -> None:
     out = tmp_path / "run"
-    for sentence in ("first", "second"):
+    for message in ("first", "second"):
         writer = SolutionWriter(out, TOML, resume=False)
         writer.model(model)
         writer.commit(increments[0])
-        writer.finish(finished=False, sentence=sentence, about={})
-    assert Solution.load(out).summary["sentence"] == "second"
+        writer.finish(finished=False, message=message, about={})
+    assert Solution.load(out).message == "second"
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
     letters = tmp_path / "letters"

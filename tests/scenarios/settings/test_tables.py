@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from geometry2d.foundation.settings import setting
 from scenarios.settings.tables import (
     SettingError,
     about,
-    setting,
     split_override,
     table_from,
     toml_lines,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import shapely
 
-from fem2d.loads.dead import Amplitude
+from fem2d.loads.amplitude import Amplitude
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import MarchResult, MarchStatus, march
 from geometry2d.neck import NeckSection

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from geometry2d.rigid import RigidPlacement
-from scenarios.results.solution import Model, Solution, SolutionError
+from scenarios.results.increment import SectionModel, SolutionError
+from scenarios.results.solution import Solution
 from scenarios.views.animation import animate, film_frames, film_times, telling_times
 from scenarios.views.filmed import (
     HEAD_COLUMNS,
@@ -117,7 +118,7 @@ def test_the_model_is_drawn_where_it_is_in_the_world(run_directory: Path) -> Non
     axes.set(xlim=(0, 200), ylim=(-100, 100))
     scene = Scene(axes, solution, SHOWN["von_mises_mpa"], (80.0, 80.0))
     head = RigidPlacement(0.3, (5.0, -7.0))
-    frame = solution.frame(5)
+    frame = solution.snapshot(5)
     scene.show(frame, head)
     corner = int(np.argmin(np.hypot(*(solution.model.nodes - UPPER_MOUTH).T)))
     expected = head.apply(solution.model.nodes[corner] + frame.displacement[corner])
@@ -132,7 +133,7 @@ def test_pressure_is_drawn_where_the_lip_is_pressed(run_directory: Path) -> None
     figure = Figure()
     FigureCanvasAgg(figure)
     scene = Scene(figure.add_subplot(), solution, SHOWN["von_mises_mpa"], (80.0, 80.0))
-    scene.show(solution.frame(5), RigidPlacement(0.0, (0.0, 0.0)))
+    scene.show(solution.snapshot(5), RigidPlacement(0.0, (0.0, 0.0)))
     segments = np.array(scene.pressure_colours.get_segments())
     pressure = np.asarray(scene.pressure_colours.get_array())
     assert pressure.max() == pytest.approx(60.0, rel=0.01)
@@ -142,7 +143,7 @@ def test_pressure_is_drawn_where_the_lip_is_pressed(run_directory: Path) -> None
     assert np.abs(pressed[:, 1] + 32.0).min() > 6.0  # pushed in, away from the opening
 
 
-def test_loops_run_once_around_a_region(model: Model) -> None:
+def test_loops_run_once_around_a_region(model: SectionModel) -> None:
     bulk = model.triangles[model.region == 1]
     (loop,) = boundary_loops(bulk)
     x, y = model.nodes[loop].T
@@ -156,7 +157,7 @@ def test_loops_run_once_around_a_region(model: Model) -> None:
     }
 
 
-def test_two_regions_that_touch_in_a_node_have_closed_loops(model: Model) -> None:
+def test_two_regions_that_touch_in_a_node_have_closed_loops(model: SectionModel) -> None:
     squares = np.array([[0, 1, 2, 3, 4, 5], [2, 6, 7, 8, 9, 10]])
     loops = boundary_loops(squares)
     assert sorted(node for loop in loops for node in set(loop.tolist())) in (

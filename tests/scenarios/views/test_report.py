@@ -19,7 +19,9 @@ from hypothesis import strategies as st
 from PIL import Image as Pillow
 
 from scenarios.cli.commands import main
-from scenarios.results.solution import LIPS, Solution
+from scenarios.results.messages import verdict_message
+from scenarios.results.quantities import LIPS
+from scenarios.results.solution import Solution
 from scenarios.results.verdict import FAILURE, PAIN, Verdict
 from scenarios.views.animation import animate
 from scenarios.views.page.figures import Curve, curves, line_style
@@ -301,7 +303,7 @@ def test_thresholds_are_the_papers() -> None:
 def test_a_verdict_says_which_side_of_the_thresholds(
     pressure: float, strain: float, wanted: tuple[str, ...]
 ) -> None:
-    sentence = verdict(pressure, strain).sentence
+    sentence = verdict_message(verdict(pressure, strain))
     assert all(words in sentence for words in wanted), sentence
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fem2d.body.surface import edge_shapes
-from scenarios.sip.measures import TOUCHING_MM, ContactLine, recovered_traction
+from scenarios.sip.contact_line import TOUCHING_MM, ContactLine, recovered_traction
 
 GAUSS = np.polynomial.legendre.leggauss(4)
 NODES = np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3

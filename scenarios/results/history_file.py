@@ -1,0 +1,50 @@
+"""history.csv: a line an increment, to nine significant digits."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.results.increment import SolutionError
+from scenarios.results.quantities import HISTORY
+
+Array = NDArray[np.float64]
+
+HISTORY_FILE = "history.csv"
+COLUMNS = tuple(quantity.name for quantity in HISTORY)
+WHOLE_NUMBERS = ("newton_iterations", "cutbacks")
+
+
+def as_written(row: Mapping[str, float]) -> list[str]:
+    """Return the entries of a line, in the order of the columns."""
+    return [
+        str(int(row[name])) if name in WHOLE_NUMBERS else f"{row[name]:.9g}" for name in COLUMNS
+    ]
+
+
+def write_history(stream: TextIO, rows: Iterable[Mapping[str, float]]) -> None:
+    """Write the header and the lines of a history; ``stream`` is open with ``newline=""``."""
+    writer = csv.writer(stream)
+    writer.writerow(COLUMNS)
+    writer.writerows(as_written(row) for row in rows)
+
+
+def read_history(file: Path) -> dict[str, Array]:
+    """Return the columns (k,) of a history by name.
+
+    Raises
+    ------
+    SolutionError
+        If the columns are not those of a history.
+    """
+    with file.open(encoding="utf-8") as stream:
+        names = tuple(stream.readline().strip().split(","))
+        rows = np.loadtxt(stream, delimiter=",", ndmin=2)
+    if names != COLUMNS:
+        raise SolutionError(f"{file} does not have the columns of a history: {','.join(COLUMNS)}")
+    return {name: rows[:, column] for column, name in enumerate(names)}

@@ -1,0 +1,143 @@
+"""What a run's numbers mean, in words: every sentence about a run is made here, from numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from scenarios.results.verdict import FAILURE, PAIN, Verdict
+
+CRUSHED_MM = 0.1
+"""Penetration that no pressure a lip can carry explains: some 5 MPa."""
+
+
+def ending(
+    status: str,
+    *,
+    increments: int,
+    iterations: int,
+    cutbacks: int,
+    resumed_at_s: float | None,
+    stopped_at_s: float | None,
+    end_s: float,
+) -> str:
+    """Return how a replay ended.
+
+    Parameters
+    ----------
+    status
+        The solver's own words.
+    increments, iterations, cutbacks
+        What it took, since the replay was resumed if it was.
+    resumed_at_s, stopped_at_s
+        Where it went on, and where it stopped before its end; None if it did not.
+    end_s
+        End of the period to be replayed, s.
+    """
+    message = f"{status} in {increments} increments ({iterations} iterations, {cutbacks} cutbacks)"
+    if resumed_at_s is not None:
+        message += f" since it was resumed at {resumed_at_s:.3f} s"
+    if stopped_at_s is not None:
+        message += f", stopped at {stopped_at_s:.3f} s of {end_s:.3f} s"
+    return message
+
+
+def placement_message(about: Mapping[str, Any]) -> str:
+    """Return what was moved before the replay, from the summary's ``placement``."""
+    package = about["shift_x_mm"], about["shift_y_mm"]
+    lower_face = about["lower_face_x_mm"], about["lower_face_y_mm"]
+    moved = [
+        f"{what} by ({x:+.1f}, {y:+.1f}) mm"
+        for what, (x, y) in (("the package", package), ("the lower face", lower_face))
+        if x or y
+    ]
+    if about["turn_deg"]:
+        moved.append(f"the package turned by {about['turn_deg']:.1f}°")
+    if not moved:
+        return "nothing was moved"
+    how = "found from the first contacts" if about["found_with_sigma"] else "as the scenario says"
+    return f"moved, {how}: {', '.join(moved)}"
+
+
+def muscle_message(about: Mapping[str, Any]) -> str:
+    """Return which lip is pulled how, from the summary's ``muscle``."""
+    return (
+        f"the {about['lip']} lip pulled with {about['traction_kpa']:.2f} kPa towards "
+        f"{about['direction_deg']:.0f}°, {about['clearance_mm']:.1f} mm clear of the neck"
+        f"{' (found)' if about['found'] else ''}"
+    )
+
+
+def unstable_message(passages: Sequence[Mapping[str, Any]]) -> str | None:
+    """Return when and where the equilibrium was unstable, from the summary's ``unstable``."""
+    if not passages:
+        return None
+    longest = max(passages, key=lambda passage: passage["to_s"] - passage["from_s"])
+    times = "once" if len(passages) == 1 else f"{len(passages)} times, longest"
+    return (
+        f"the equilibrium was unstable {times} from {longest['from_s']:.3f} to "
+        f"{longest['to_s']:.3f} s, most of all the {longest['lip']} lip "
+        f"{longest['arc_mm']:.1f} mm along its surface "
+        f"({longest['x_mm']:.1f}, {longest['y_mm']:.1f} mm), and was passed with inertia"
+    )
+
+
+def crushed_message(deepest_mm: float) -> str | None:
+    """Return that a lip was caught between neck and teeth, if it was."""
+    if deepest_mm <= CRUSHED_MM:
+        return None
+    return (
+        f"the neck went {deepest_mm:.2f} mm into a lip, as if driven into the teeth: do not "
+        "trust what follows, and move the package with placement.shift_x_mm"
+    )
+
+
+def caught_message(lips: Sequence[str]) -> str | None:
+    """Return that these lips hang on a neck that has left them, if there are any."""
+    if not lips:
+        return None
+    return (
+        f"the {' and '.join(lips)} lip still hung on the neck at the end, as if caught by the "
+        "thread: a person would have let go, so do not trust how far it was pulled along"
+    )
+
+
+def peaks_message(summary: Mapping[str, Any]) -> str:
+    """Return the extreme values of a run's summary in one line."""
+    return (
+        f"highest contact pressure over 0.5 mm {summary['upper_lip_window_kpa']:.0f} kPa on the "
+        f"upper lip, {summary['lower_lip_window_kpa']:.0f} kPa on the lower lip; in the dermis log "
+        f"strain {summary['dermis_min_log_strain']:.2f} to {summary['dermis_max_log_strain']:.2f}, "
+        f"von Mises stress to {summary['dermis_max_mises_kpa']:.0f} kPa"
+    )
+
+
+def verdict_message(verdict: Verdict) -> str:
+    """Return what the peaks of a run mean beside what skin bears and what hurts."""
+    return f"{_pressure_message(verdict)}; {_strain_message(verdict)}."
+
+
+def _pressure_message(verdict: Verdict) -> str:
+    pressure = verdict.pressure_kpa
+    if pressure <= 0.0:
+        return "The neck never presses a lip"
+    pressed = (
+        f"The {verdict.lip} lip is pressed most, with {pressure:.0f} kPa over half a millimetre, "
+    )
+    hurts = f"{PAIN.low:.0f} to {PAIN.high:.0f} kPa"
+    if pressure < PAIN.low:
+        share = 100 * pressure / PAIN.low
+        return pressed + f"{share:.0f} % of the lowest pressure that hurt volunteers ({hurts})"
+    if pressure < PAIN.high:
+        return pressed + f"which is within the range that hurt volunteers ({hurts})"
+    return pressed + f"which is above the whole range that hurt volunteers ({hurts})"
+
+
+def _strain_message(verdict: Verdict) -> str:
+    percent = 100 * math.expm1(verdict.log_strain)
+    beyond = "below" if verdict.log_strain < FAILURE.low else "beyond"
+    return (
+        f"the dermis is stretched by up to {percent:.0f} % (log strain "
+        f"{verdict.log_strain:.2f}), {beyond} the 54 % ({FAILURE.low:.2f}) at which skin tore"
+    )

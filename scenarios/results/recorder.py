@@ -1,0 +1,162 @@
+"""From the solver's commits to a run's increments, each with all that is needed to go on from it.
+
+The solver works in the frame of the head section; increments are in the head frame of the
+recording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.solvers.march import Commit
+from fem2d.solvers.model import System
+from fem2d.solvers.stability import Passage, passages_with
+from fem2d.solvers.state import State
+from geometry2d.rigid import RigidPlacement, rotated
+from scenarios.results.increment import Increment, Measured, SolutionError
+from scenarios.results.summary import Extremes, passages_as_array, passages_from_array
+
+Arrays = dict[str, NDArray[Any]]
+
+
+class Recorder:
+    """Turns commits into increments and keeps the extremes and unstable passages of the run.
+
+    Both are part of every increment's checkpoint, so that a resumed replay goes on with them.
+
+    Parameters
+    ----------
+    system
+        What is solved.
+    measure
+        What is measured on a commit.
+    start_s, end_s
+        The period that is replayed, s.
+    head_angle_rad
+        Turn of the head section's frame into the head frame.
+    resume_from
+        The last increment of an interrupted replay, with its checkpoint.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        measure: Callable[[Commit], Measured],
+        *,
+        start_s: float,
+        end_s: float,
+        head_angle_rad: float,
+        resume_from: Increment | None = None,
+    ) -> None:
+        self._system, self._measure = system, measure
+        self._start_s, self._end_s = start_s, end_s
+        self._head_angle_rad = head_angle_rad
+        self.extremes = Extremes()
+        self.unstable: tuple[Passage, ...] = ()
+        self._last_s = start_s
+        if resume_from is not None:
+            self.extremes = Extremes.from_array(resume_from.checkpoint["extremes"])
+            self.unstable = passages_from_array(resume_from.checkpoint["unstable"])
+            self._last_s = resume_from.time_s
+
+    def increment(self, commit: Commit) -> Increment:
+        """Return a committed increment in the head frame."""
+        state = commit.state
+        measured = self._measure(commit)
+        self._remember(commit)
+        x, y = rotated(state.placement.shift_mm, self._head_angle_rad).tolist()
+        return Increment(
+            time_s=state.time_s,
+            relative_time=(state.time_s - self._start_s) / (self._end_s - self._start_s),
+            placement=RigidPlacement(state.placement.angle_rad + self._head_angle_rad, (x, y)),
+            displacement=rotated(state.displacement, self._head_angle_rad),
+            element=measured.element,
+            contact=measured.contact,
+            history=measured.history,
+            newton_iterations=commit.newton.iterations,
+            cutbacks=commit.cutbacks,
+            checkpoint=checkpoint(state)
+            | {
+                "extremes": self.extremes.as_array(),
+                "unstable": passages_as_array(self.unstable),
+            },
+        )
+
+    def _remember(self, commit: Commit) -> None:
+        time_s = commit.state.time_s
+        self.unstable = passages_with(self.unstable, self._last_s, time_s, commit.instability)
+        self.extremes = self.extremes.widened(Extremes.of(self._system, commit))
+        self._last_s = time_s
+
+
+def checkpoint(state: State) -> Arrays:
+    """Return a committed state as arrays by name; its time is the increment's."""
+    arrays: Arrays = {
+        "placement": np.array([state.placement.angle_rad, *state.placement.shift_mm]),
+        "displacement": state.displacement,
+        "velocity": state.velocity,
+        "acceleration": state.acceleration,
+        "next_step_s": np.array(state.next_step_s),
+    }
+    for kind, histories in _histories(state).items():
+        for number, history in enumerate(histories):
+            arrays |= {
+                f"{kind}_{number}_{item.name}": getattr(history, item.name)
+                for item in fields(history)
+            }
+    return arrays
+
+
+def restored(arrays: Mapping[str, NDArray[Any]], time_s: float, like: State) -> State:
+    """Return the state of a checkpoint.
+
+    Parameters
+    ----------
+    arrays
+        What :func:`checkpoint` gave.
+    time_s
+        When the state was committed, s.
+    like
+        Any state of the same system: it says how many contacts there are and what each remembers.
+
+    Raises
+    ------
+    SolutionError
+        If the checkpoint is not one of this system.
+    """
+
+    def histories(kind: str) -> tuple[Any, ...]:
+        return tuple(
+            type(history)(
+                **{item.name: arrays[f"{kind}_{number}_{item.name}"] for item in fields(history)}
+            )
+            for number, history in enumerate(_histories(like)[kind])
+        )
+
+    try:
+        angle, x, y = arrays["placement"].tolist()
+        return State(
+            time_s,
+            RigidPlacement(angle, (x, y)),
+            arrays["displacement"],
+            arrays["velocity"],
+            arrays["acceleration"],
+            histories("contact"),
+            float(arrays["next_step_s"]),
+            histories("self_contact"),
+        )
+    except KeyError as error:
+        raise SolutionError(
+            f"the checkpoint lacks {error}: another version wrote it; run without --resume to "
+            "start over"
+        ) from error
+
+
+def _histories(state: State) -> dict[str, tuple[Any, ...]]:
+    """Return what friction remembers in every contact, by kind of contact."""
+    return {"contact": state.histories, "self_contact": state.fold_histories}

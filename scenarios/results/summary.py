@@ -1,0 +1,144 @@
+"""A run in numbers: peaks of the history, extremes of the computation, unstable passages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, astuple, dataclass, fields
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.solvers.march import Commit
+from fem2d.solvers.model import System
+from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.stability import Instability, Passage
+from geometry2d.rigid import UNMOVED
+from scenarios.results.quantities import HISTORY
+
+Array = NDArray[np.float64]
+
+SUMMARY_FILE = "summary.json"
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """The largest values over a run that tell how far its numbers can be trusted.
+
+    Penetrations are in mm, energies in N mm; the unbalanced force is relative to the largest force.
+    """
+
+    largest_penetration_neck_mm: float = 0.0
+    largest_penetration_teeth_mm: float = 0.0
+    largest_penetration_between_nodes_mm: float = 0.0
+    largest_penetration_lips_mm: float = 0.0
+    largest_unbalanced_force_share: float = 0.0
+    largest_strain_energy_nmm: float = 0.0
+    largest_kinetic_energy_nmm: float = 0.0
+
+    @classmethod
+    def of(cls, system: System, commit: Commit) -> Extremes:
+        """Return the values of one committed increment."""
+        depth = {"neck": 0.0, "teeth": 0.0, "between_nodes": 0.0, "lips": 0.0}
+        for contact, response in zip(system.contacts, commit.contacts, strict=True):
+            placement = commit.state.placement if contact.moving else UNMOVED
+            what = "neck" if contact.moving else "teeth"
+            depth[what] = max(depth[what], -float(np.min(response.points.gap)))
+            between = contact.deepest(commit.state.displacement, placement, response)
+            depth["between_nodes"] = max(depth["between_nodes"], between)
+        for lips in commit.folds:
+            overlap = -float(np.min(lips.points.gap[lips.touching], initial=0.0))
+            depth["lips"] = max(depth["lips"], overlap)
+        forces_matter = commit.newton.force_scale > NewtonSettings().force_floor_n
+        return cls(
+            **{f"largest_penetration_{what}_mm": value for what, value in depth.items()},
+            largest_unbalanced_force_share=commit.newton.imbalance if forces_matter else 0.0,
+            largest_strain_energy_nmm=commit.energies.strain,
+            largest_kinetic_energy_nmm=commit.energies.kinetic,
+        )
+
+    @classmethod
+    def from_array(cls, values: Array) -> Extremes:
+        """Return the extremes that :meth:`as_array` gave."""
+        names = [field.name for field in fields(cls)]
+        return cls(**dict(zip(names, values.tolist(), strict=True)))
+
+    def as_array(self) -> Array:
+        """Return the values in the order of the fields."""
+        return np.array(astuple(self))
+
+    def widened(self, other: Extremes) -> Extremes:
+        """Return the larger of each value."""
+        return Extremes.from_array(np.maximum(self.as_array(), other.as_array()))
+
+    def about(self) -> dict[str, float]:
+        """Return the values by name."""
+        return asdict(self)
+
+
+def passages_as_array(passages: Sequence[Passage]) -> Array:
+    """Return unstable passages as rows (p, 7): start, end, modes, x, y, node, participation."""
+    rows = [
+        (p.start_s, p.end_s, p.worst.modes, *p.worst.place_mm, p.worst.node, p.worst.participation)
+        for p in passages
+    ]
+    return np.array(rows, float).reshape(-1, 7)
+
+
+def passages_from_array(rows: Array) -> tuple[Passage, ...]:
+    """Return the passages that :func:`passages_as_array` gave."""
+    return tuple(
+        Passage(start, end, Instability(int(modes), (x, y), int(node), participation))
+        for start, end, modes, x, y, node, participation in rows.tolist()
+    )
+
+
+def run_summary(
+    rows: Sequence[Mapping[str, float]],
+    *,
+    finished: bool,
+    message: str,
+    wall_s: float,
+    about: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Return what summary.json holds.
+
+    Parameters
+    ----------
+    rows
+        Of the history, at least one.
+    finished
+        Whether the whole motion was replayed.
+    message
+        How it ended.
+    wall_s
+        How long it took, s.
+    about
+        Further numbers.
+    """
+    return {
+        "finished": finished,
+        "sentence": message,
+        "increments": len(rows),
+        **peaks(rows),
+        "newton_iterations": int(sum(row["newton_iterations"] for row in rows)),
+        "cutbacks": int(sum(row["cutbacks"] for row in rows)),
+        "wall_s": round(wall_s, 2),
+        "version": version("drinksim"),
+        **about,
+    }
+
+
+def peaks(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Return the extreme values over a run of the columns that are compared between runs."""
+    smallest = {"dermis_min_log_strain"}
+    compared = [
+        quantity.name
+        for quantity in HISTORY
+        if quantity.name.startswith("dermis") or quantity.name.endswith(("_kpa", "_contact_mm"))
+    ]
+    return {
+        name: min(row[name] for row in rows) if name in smallest else max(row[name] for row in rows)
+        for name in compared
+    }

@@ -1,0 +1,346 @@
+"""What is odd, or wrong, about a neck, a head and a motion, before anything is computed.
+
+A finding that contradicts the recording is an error: nothing that is computed from it could be
+believed. One that is merely unusual is a warning: it stays in the summary and in the report. All
+checks are geometric, with undeformed lips and everything rigid, and take a fraction of a second.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from geometry2d.anatomy.head import HeadSection
+from geometry2d.neck import NeckSection
+from geometry2d.outline import Outline
+from geometry2d.rigid import RigidMotion, RigidPlacement
+from scenarios.results.quantities import LIPS
+from scenarios.sip.lip_model import WALLS
+
+Array = NDArray[np.float64]
+
+INSTANTS = 200
+"""Instants of the motion that are looked at."""
+
+SPACING_MM = 0.3
+"""Distance of the points of a wall that are looked at."""
+
+TOUCHED_MM = 0.5
+"""A lip that the neck never comes nearer than this, undeformed, is not touched."""
+
+OVERLAP_MM = 0.5
+"""Rigid bodies that overlap by more than this cannot have been where they are said to be."""
+
+DEEP_MM = 6.0
+"""Indentation of an undeformed lip from which on it is half its thickness."""
+
+STARTS_FREE_MM = 1.0
+"""Indentation of an undeformed lip in the first instant that no free neck has."""
+
+MARKS_APART = 0.1
+"""Relative difference between the marks' distance and the recording's that no ruler explains."""
+
+DIAMETERS = (15.0, 80.0)
+"""Outer diameters of openings that people drink from, mm."""
+
+OTHER_DIAMETER = 0.5
+"""Relative difference to the filmed neck's diameter that is worth a second look."""
+
+UNITS_MM = {"cm": 10.0, "inch": 25.4, "m": 1000.0, "µm": 1e-3}
+
+LONGEST_INTERVAL_S = 0.2
+"""Longer intervals between the samples of a motion resolve no sip."""
+
+LONGEST_MOTION_S = 120.0
+LEAST_WAY_MM = 5.0
+"""A neck that travels less than this does not come to a mouth and leave it."""
+
+LEAST_TURN_DEG = 4.0
+"""A sip turns the package by tens of degrees; a turn smaller than this, as large as it is in
+radians, is one in radians."""
+
+GAP_RATIO = 3.5
+"""An interval so many times the usual one is a hole in the motion."""
+
+
+class Severity(Enum):
+    """Whether a finding stops a replay; the value is the word that reports use."""
+
+    ERROR = "error"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong or odd.
+
+    Attributes
+    ----------
+    severity
+        Whether it contradicts the recording.
+    subject
+        The setting or file that it is about.
+    message
+        What is the case, with its value, and what to do.
+    """
+
+    severity: Severity
+    subject: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.subject}: {self.message}"
+
+
+def findings_of(
+    head: HeadSection,
+    neck: NeckSection,
+    motion: RigidMotion,
+    *,
+    filmed: NeckSection,
+    mark_distance_mm: float | None,
+) -> tuple[Finding, ...]:
+    """Return what is wrong or odd, errors first.
+
+    Parameters
+    ----------
+    head, neck
+        The sections, each in its own frame.
+    motion
+        Of the neck in the frame of the head section.
+    filmed
+        The neck that was filmed; ``neck`` itself if no other one is carried by it.
+    mark_distance_mm
+        Distance of the two marks according to the recording, mm; None if it is not known.
+    """
+    found = [
+        *time_findings(motion.time_s),
+        *_size_findings(motion),
+        *neck_findings(neck, filmed, mark_distance_mm),
+    ]
+    if not any(finding.severity is Severity.ERROR for finding in found):
+        found += _path_findings(head, neck, motion)
+    return tuple(sorted(found, key=lambda finding: finding.severity is Severity.WARNING))
+
+
+def time_findings(time_s: Array) -> Iterator[Finding]:
+    """Yield what is odd about the times (n,) of a motion, in s if they are what they should be."""
+    intervals = np.diff(time_s)
+    usual, longest = float(np.median(intervals)), float(intervals.max())
+    if usual > LONGEST_INTERVAL_S or time_s[-1] - time_s[0] > LONGEST_MOTION_S:
+        unit = "frame numbers" if np.allclose(time_s, np.round(time_s)) else "milliseconds"
+        yield Finding(
+            Severity.ERROR,
+            "time_s",
+            f"the samples of the motion are {usual:g} s apart and span "
+            f"{time_s[-1] - time_s[0]:g} s; these look like {unit}: give times in seconds",
+        )
+    elif longest > GAP_RATIO * usual:
+        at = float(time_s[int(intervals.argmax())])
+        yield Finding(
+            Severity.WARNING,
+            "time_s",
+            f"the motion has a hole of {longest:.3g} s at {at:.3f} s (usual interval {usual:.3g} "
+            "s): rows are missing, and what is between them is interpolated",
+        )
+
+
+def neck_findings(
+    neck: NeckSection, filmed: NeckSection, mark_distance_mm: float | None
+) -> Iterator[Finding]:
+    """Yield what is odd about a neck, beside the one that was filmed."""
+    diameter, reference = diameter_mm(neck), diameter_mm(filmed)
+    low, high = DIAMETERS
+    if not low <= diameter <= high:
+        units = [unit for unit, mm in UNITS_MM.items() if low <= diameter * mm <= high]
+        remedy = f"; it looks like a drawing in {units[0]}" if units else ""
+        yield Finding(
+            Severity.ERROR,
+            "package",
+            f"the neck is {diameter:.3g} mm in diameter, outside {low:g} to {high:g} mm that "
+            f"people drink from{remedy}: state the drawing's unit, or correct its scale",
+        )
+    elif abs(diameter - reference) > OTHER_DIAMETER * reference:
+        yield Finding(
+            Severity.WARNING,
+            "package",
+            f"the neck is {diameter:.1f} mm in diameter and the filmed one {reference:.1f} mm: "
+            "a person would hold another mouth, and this one keeps the filmed one's",
+        )
+    if mark_distance_mm is not None:
+        drawn = float(np.linalg.norm(filmed.upper_mark - filmed.lower_mark))
+        if abs(drawn - mark_distance_mm) > MARKS_APART * mark_distance_mm:
+            yield Finding(
+                Severity.ERROR,
+                "package",
+                f"the marks of the filmed neck are {drawn:.1f} mm apart, and the recording's scale "
+                f"says {mark_distance_mm:.1f} mm: correct the drawing's marks, or [scale] in the "
+                "marker file",
+            )
+
+
+def diameter_mm(neck: NeckSection) -> float:
+    """Return the outer diameter of a neck's section, mm."""
+    upper, lower = (getattr(neck, wall).sampled(SPACING_MM)[:, 1] for wall in WALLS)
+    return float(upper.max() - lower.min())
+
+
+def _size_findings(motion: RigidMotion) -> Iterator[Finding]:
+    way = float(np.max(np.ptp(motion.shift_mm, axis=0)))
+    turn = float(np.ptp(np.rad2deg(motion.angle_rad)))
+    if way < LEAST_WAY_MM:
+        units = [unit for unit, mm in UNITS_MM.items() if 20.0 <= way * mm <= 1000.0]
+        remedy = f"these look like {units[0]}" if units else "nothing is drunk like this"
+        yield Finding(
+            Severity.ERROR,
+            "rel_x_mm, rel_y_mm",
+            f"the neck travels {way:.3g} mm in all; {remedy}: give lengths in mm",
+        )
+    elif turn < LEAST_TURN_DEG < float(np.rad2deg(turn)):
+        yield Finding(
+            Severity.ERROR,
+            "rel_theta_deg",
+            f"the package turns by {turn:.3g}° in all while it travels {way:.0f} mm; this looks "
+            "like radians: give angles in degrees",
+        )
+
+
+def _path_findings(head: HeadSection, neck: NeckSection, motion: RigidMotion) -> Iterator[Finding]:
+    """Yield what is odd about where the neck goes."""
+    times = np.linspace(motion.time_s[0], motion.time_s[-1], INSTANTS)
+    places = [motion.at(float(time)) for time in times]
+    yield from _turned_findings(head, neck, places)
+    yield from _bone_findings(head, neck, times, places)
+    yield from _lip_findings(head, neck, times, places)
+
+
+def _turned_findings(
+    head: HeadSection, neck: NeckSection, places: list[RigidPlacement]
+) -> Iterator[Finding]:
+    """Yield a finding if not the rim but the package's end of the neck is at the mouth."""
+    left, bottom, right, top = _box(neck)
+    middle = 0.5 * (bottom + top)
+    mouth = 0.5 * (head.landmarks["stomion_upper"] + head.landmarks["stomion_lower"])
+    rim, end = (
+        np.array([np.hypot(*(place.apply(np.array([[x, middle]]))[0] - mouth)) for place in places])
+        for x in (left, right)
+    )
+    nearest = int(np.argmin(np.minimum(rim, end)))
+    if end[nearest] < rim[nearest]:
+        yield Finding(
+            Severity.ERROR,
+            "package",
+            f"the end of the neck that joins the package comes within {end[nearest]:.0f} mm of the "
+            f"mouth and its rim stays {rim[nearest]:.0f} mm away: the rim is at the smallest x of "
+            "the neck; mirror the drawing, or exchange its marks",
+        )
+
+
+def _bone_findings(
+    head: HeadSection, neck: NeckSection, times: Array, places: list[RigidPlacement]
+) -> Iterator[Finding]:
+    """Yield a finding for each hard part of the head that the neck goes into."""
+    walls = np.concatenate([getattr(neck, wall).sampled(SPACING_MM) for wall in WALLS])
+    points = np.stack([place.apply(walls) for place in places])
+    hard = {
+        "the upper incisor": head.upper_tooth,
+        "the lower incisor": head.lower_tooth,
+        "the upper jaw": shapely.Polygon(head.upper_jaw),
+        "the lower jaw": shapely.Polygon(head.lower_jaw),
+    }
+    for name, part in hard.items():
+        depth = _depths(points, part)
+        worst = int(np.argmax(depth))
+        if depth[worst] > OVERLAP_MM:
+            yield Finding(
+                Severity.ERROR,
+                "placement",
+                f"the neck goes {depth[worst]:.1f} mm into {name} at {times[worst]:.2f} s, lips "
+                "aside: correct the marks or the scale, or move the package with "
+                "placement.shift_x_mm and shift_y_mm",
+            )
+
+
+def _lip_findings(
+    head: HeadSection, neck: NeckSection, times: Array, places: list[RigidPlacement]
+) -> Iterator[Finding]:
+    gaps = {lip: _gaps(head, neck, places, lip) for lip in LIPS}
+    if all(gap[0] < -STARTS_FREE_MM for gap in gaps.values()):
+        yield Finding(
+            Severity.ERROR,
+            "motion",
+            "the neck is inside both lips in the first instant: start the film, or --start, "
+            "before the package is at the mouth",
+        )
+        return
+    for lip, gap in gaps.items():
+        yield from _touch_findings(lip, gap, times)
+
+
+def _touch_findings(lip: str, gap: Array, times: Array) -> Iterator[Finding]:
+    """Yield what is odd about how near the neck comes to a lip: gap (n,), mm, at times (n,), s."""
+    nearest = int(np.argmin(gap))
+    if gap[nearest] > TOUCHED_MM:
+        yield Finding(
+            Severity.WARNING,
+            f"{lip} lip",
+            f"is never touched while it is at rest: the neck stays {gap[nearest]:.1f} mm away "
+            f"(nearest at {times[nearest]:.2f} s); move the package with placement.shift_y_mm if "
+            "the film shows otherwise",
+        )
+    elif gap[nearest] < -DEEP_MM:
+        yield Finding(
+            Severity.WARNING,
+            f"{lip} lip",
+            f"would be indented {-gap[nearest]:.1f} mm if it were rigid (at {times[nearest]:.2f} "
+            "s), more than half its thickness: look at the scale and the placement",
+        )
+    for end, word in ((0, "first"), (-1, "last")):
+        if gap[end] < 0:
+            yield Finding(
+                Severity.WARNING,
+                "motion",
+                f"touches the {lip} lip in its {word} instant ({times[end]:.2f} s): the film, or "
+                "the table, may be cut short",
+            )
+
+
+def _gaps(head: HeadSection, neck: NeckSection, places: list[RigidPlacement], lip: str) -> Array:
+    """Return the smallest distance (n,) of a lip's undeformed skin from the neck, mm."""
+    skin = getattr(head, lip).curves["skin"]
+    local = np.concatenate([place.pull_back(skin) for place in places])
+    distance = np.min([getattr(neck, wall).project(local).distance for wall in WALLS], axis=0)
+    smallest: Array = distance.reshape(len(places), len(skin)).min(axis=1)
+    return smallest
+
+
+def _depths(points: Array, part: Outline | shapely.Polygon) -> Array:
+    """Return how deep the deepest of points (t, p, 2) lies in a rigid part, (t,), mm, or 0."""
+    flat = points.reshape(-1, 2)
+    depth = np.zeros(len(flat))
+    if isinstance(part, Outline):
+        left, bottom, right, top = part.box
+        x, y = flat.T
+        near = (x > left) & (x < right) & (y > bottom) & (y < top)
+        depth[near] = -part.project(flat[near]).distance
+    else:
+        near = shapely.contains_xy(part, flat[:, 0], flat[:, 1])
+        depth[near] = shapely.distance(part.exterior, shapely.points(flat[near]))
+    deepest: Array = np.maximum(depth, 0.0).reshape(points.shape[:2]).max(axis=1)
+    return deepest
+
+
+def _box(neck: NeckSection) -> tuple[float, float, float, float]:
+    """Return left, bottom, right, top of a neck's walls, mm."""
+    upper, lower = neck.upper_wall.box, neck.lower_wall.box
+    return (
+        float(min(upper[0], lower[0])),
+        float(lower[1]),
+        float(max(upper[2], lower[2])),
+        float(upper[3]),
+    )

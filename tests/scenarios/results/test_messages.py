@@ -1,0 +1,110 @@
+"""What is said about a run, from its numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from scenarios.results.messages import (
+    caught_message,
+    crushed_message,
+    ending,
+    muscle_message,
+    peaks_message,
+    placement_message,
+    unstable_message,
+)
+
+AT_HOME = {
+    "shift_x_mm": 0.0,
+    "shift_y_mm": 0.0,
+    "turn_deg": 0.0,
+    "lower_face_x_mm": 0.0,
+    "lower_face_y_mm": 0.0,
+    "found_with_sigma": {},
+}
+
+
+def passage(start_s: float, end_s: float, lip: str) -> dict[str, Any]:
+    where = {"lip": lip, "arc_mm": 12.3, "x_mm": 1.0, "y_mm": -2.0}
+    return {"from_s": start_s, "to_s": end_s, "modes": 1, **where}
+
+
+def test_an_ending_says_where_it_was_resumed_and_where_it_stopped() -> None:
+    whole = ending(
+        "all followed",
+        increments=5,
+        iterations=20,
+        cutbacks=1,
+        resumed_at_s=None,
+        stopped_at_s=None,
+        end_s=3.0,
+    )
+    assert whole == "all followed in 5 increments (20 iterations, 1 cutbacks)"
+    part = ending(
+        "too small",
+        increments=5,
+        iterations=20,
+        cutbacks=1,
+        resumed_at_s=1.0,
+        stopped_at_s=2.0,
+        end_s=3.0,
+    )
+    assert part.endswith("since it was resumed at 1.000 s, stopped at 2.000 s of 3.000 s")
+
+
+@pytest.mark.parametrize(
+    ("moved", "message"),
+    [
+        ({}, "nothing was moved"),
+        ({"shift_x_mm": 1.0}, "moved, as the scenario says: the package by (+1.0, +0.0) mm"),
+        (
+            {"lower_face_y_mm": -2.0, "turn_deg": 3.0, "found_with_sigma": {"turn_deg": 1.0}},
+            "moved, found from the first contacts: the lower face by (+0.0, -2.0) mm, "
+            "the package turned by 3.0°",
+        ),
+    ],
+)
+def test_what_was_moved_is_said(moved: dict[str, Any], message: str) -> None:
+    assert placement_message(AT_HOME | moved) == message
+
+
+def test_a_pull_is_said_to_be_found_only_if_it_was() -> None:
+    pull = {"lip": "upper", "traction_kpa": 2.0, "direction_deg": 80.0, "clearance_mm": 0.5}
+    assert muscle_message(pull | {"found": True}).endswith("0.5 mm clear of the neck (found)")
+    assert muscle_message(pull | {"found": False}).endswith("0.5 mm clear of the neck")
+
+
+def test_the_longest_unstable_passage_is_said() -> None:
+    assert unstable_message([]) is None
+    once = unstable_message([passage(1.0, 1.2, "lower")])
+    assert once is not None
+    assert "unstable once from 1.000 to 1.200 s, most of all the lower lip 12.3 mm" in once
+    twice = unstable_message([passage(1.0, 1.2, "lower"), passage(2.0, 2.5, "upper")])
+    assert twice is not None
+    assert "unstable 2 times, longest from 2.000 to 2.500 s, most of all the upper lip" in twice
+
+
+def test_a_lip_caught_between_neck_and_teeth_is_said_and_contact_as_usual_is_not() -> None:
+    assert crushed_message(0.0042) is None
+    assert "0.63 mm into a lip" in str(crushed_message(0.634))
+
+
+def test_a_lip_that_the_neck_takes_along_is_said() -> None:
+    assert caught_message(()) is None
+    assert "the upper lip still hung on the neck" in str(caught_message(("upper",)))
+    assert "the upper and lower lip" in str(caught_message(("upper", "lower")))
+
+
+def test_the_pressure_that_headlines_is_the_window_measure() -> None:
+    summary = {
+        "upper_lip_pressure_kpa": 90.0,
+        "lower_lip_pressure_kpa": 80.0,
+        "upper_lip_window_kpa": 60.0,
+        "lower_lip_window_kpa": 25.0,
+        "dermis_min_log_strain": -0.4,
+        "dermis_max_log_strain": 0.2,
+        "dermis_max_mises_kpa": 50.0,
+    }
+    assert "60 kPa on the upper lip, 25 kPa on the lower lip" in peaks_message(summary)

@@ -1,0 +1,69 @@
+"""Checkpoints of the solver, and what a recorder keeps of a run."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from fem2d.contact.rigid import ContactHistory
+from fem2d.contact.self_contact import SelfContactHistory
+from fem2d.solvers.stability import Instability, Passage
+from fem2d.solvers.state import State
+from geometry2d.rigid import RigidPlacement
+from scenarios.results.increment import SolutionError
+from scenarios.results.recorder import checkpoint, restored
+from scenarios.results.summary import Extremes, passages_as_array, passages_from_array
+
+RNG = np.random.default_rng(5)
+
+
+def state() -> State:
+    """A state with two contacts and one self-contact, no two numbers of it the same."""
+    rigid = tuple(
+        ContactHistory(RNG.normal(size=(3, 2, 2)), RNG.normal(size=(3, 2))) for _ in range(2)
+    )
+    folds = SelfContactHistory(
+        **{item.name: RNG.normal(size=4) for item in fields(SelfContactHistory)}
+    )
+    u, v, a = RNG.normal(size=(3, 5, 2))
+    return State(1.25, RigidPlacement(0.1, (2.0, 3.0)), u, v, a, rigid, 0.04, (folds,))
+
+
+def test_a_state_comes_back_from_its_checkpoint_bit_for_bit() -> None:
+    kept, other = state(), state()
+    back = restored(checkpoint(kept), kept.time_s, like=other)
+    assert (back.time_s, back.placement, back.next_step_s) == (1.25, kept.placement, 0.04)
+    arrays, again = checkpoint(kept), checkpoint(back)
+    assert len(arrays) == 5 + 2 * 2 + len(fields(SelfContactHistory))
+    assert arrays.keys() == again.keys()
+    for name, values in arrays.items():
+        np.testing.assert_array_equal(again[name], values, err_msg=name)
+
+
+def test_a_checkpoint_of_another_version_is_refused() -> None:
+    kept = state()
+    arrays = checkpoint(kept)
+    lost = next(name for name in arrays if name.startswith("contact_1"))
+    del arrays[lost]
+    with pytest.raises(SolutionError, match=f"lacks '{lost}': another version wrote it"):
+        restored(arrays, 1.25, like=kept)
+
+
+def test_extremes_only_grow_and_survive_a_checkpoint() -> None:
+    first = Extremes(largest_penetration_neck_mm=0.2, largest_strain_energy_nmm=1.0)
+    second = Extremes(largest_penetration_neck_mm=0.1, largest_strain_energy_nmm=3.0)
+    both = first.widened(second)
+    assert both == replace(first, largest_strain_energy_nmm=3.0)
+    assert both == second.widened(first)
+    assert Extremes.from_array(both.as_array()) == both
+
+
+def test_passages_survive_a_checkpoint() -> None:
+    passages = (
+        Passage(1.0, 1.2, Instability(2, (3.0, -4.0), 17, 5.5)),
+        Passage(2.0, 2.0, Instability(1, (0.1, 0.2), 3, 1.0)),
+    )
+    assert passages_from_array(passages_as_array(passages)) == passages
+    assert passages_from_array(passages_as_array(())) == ()
