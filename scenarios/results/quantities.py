@@ -17,6 +17,11 @@ class Quantity:
     unit: str
     meaning: str
 
+    @property
+    def label(self) -> str:
+        """Name and unit, as an axis of a plot is called."""
+        return f"{self.name}, {self.unit}" if self.unit else self.name
+
 
 HISTORY = (
     Quantity("time_s", "s", "time of the recording"),

@@ -8,23 +8,30 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidPlacement
+from scenarios.results.fields import FieldsInMemory, FieldStore
 from scenarios.results.fields_file import FIELDS_FILE, FieldsOnDisk, read_contact, read_model
+from scenarios.results.frames import data_set, history_table
 from scenarios.results.history_file import COLUMNS, HISTORY_FILE, as_written, read_history
 from scenarios.results.increment import Increment, LipContact, SectionModel, SolutionError
 from scenarios.results.quantities import CONTACT_FIELDS, ELEMENT_FIELDS, HISTORY, Quantity
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.settings.scenario import Scenario, read_scenario
 from scenarios.settings.tables import nearest
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -49,51 +56,50 @@ class History:
         """Return the value at a time, s, linear between increments, constant beyond the ends."""
         return float(np.interp(time_s, self.time_s, self.values))
 
+    def plot(self, axes: Axes | None = None) -> Axes:
+        """Draw the values against time and return the axes, new ones of pyplot by default."""
+        from scenarios.views.on_axes import plot_history
+
+        return plot_history(self, axes)
+
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """The section at one instant: placement of the neck, and fields as in :class:`Increment`.
+    """The section at one instant.
 
-    ``pressure_mpa`` holds (s,) contact pressures by lip.
+    Attributes
+    ----------
+    model
+        The undeformed section.
+    time_s
+        When, s.
+    placement, displacement, element
+        As in :class:`Increment`.
+    arc_mm, pressure_mpa
+        By lip, (s,) places on its undeformed surface, and the contact pressures there.
     """
+
+    model: SectionModel
 
     time_s: float
     placement: RigidPlacement
     displacement: Array
     element: Mapping[str, Array]
+    arc_mm: Mapping[str, Array]
     pressure_mpa: Mapping[str, Array]
+
+    def plot(self, field: str = "von_mises", axes: Axes | None = None) -> Axes:
+        """Draw the section in the head frame and return the axes, new ones of pyplot by default.
+
+        ``field`` colours the dermis: ``von_mises``, ``log_strain_max`` or ``log_strain_min``.
+        """
+        from scenarios.views.on_axes import plot_snapshot
+
+        return plot_snapshot(self, field, axes)
 
     def __repr__(self) -> str:
         highest = 1e3 * max(float(pressure.max()) for pressure in self.pressure_mpa.values())
         return f"<Snapshot at {self.time_s:.3f} s, contact pressure to {highest:.1f} kPa>"
-
-
-class FieldStore(Protocol):
-    """Where displacements and element fields of a solution's increments are kept."""
-
-    def displacement(self, index: int) -> Array:
-        """Return the displacement (n, 2), mm, of an increment."""
-        ...
-
-    def element(self, index: int) -> Mapping[str, Array]:
-        """Return the element fields (e,) of an increment, by name of ELEMENT_FIELDS."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class FieldsInMemory:
-    """The fields of a solution that has not been written."""
-
-    displacements: Sequence[Array]
-    elements: Sequence[Mapping[str, NDArray[np.float32]]]
-
-    def displacement(self, index: int) -> Array:
-        """Return the displacement (n, 2), mm, of an increment."""
-        return self.displacements[index]
-
-    def element(self, index: int) -> Mapping[str, Array]:
-        """Return the element fields (e,) of an increment, by name of ELEMENT_FIELDS."""
-        return {name: values.astype(float) for name, values in self.elements[index].items()}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -249,10 +255,12 @@ class Solution:
         """Return the section at the increment ``index``."""
         x, y = self.shift_mm[index].tolist()
         return Snapshot(
+            model=self.model,
             time_s=float(self.time_s[index]),
             placement=RigidPlacement(float(self.angle_rad[index]), (x, y)),
             displacement=self.fields.displacement(index),
             element=self.fields.element(index),
+            arc_mm={lip: contact.arc_mm for lip, contact in self.contact.items()},
             pressure_mpa={
                 lip: contact.fields["pressure_mpa"][index] for lip, contact in self.contact.items()
             },
@@ -266,6 +274,27 @@ class Solution:
         first, second = self.snapshot(after - 1), self.snapshot(after)
         weight = (time_s - first.time_s) / (second.time_s - first.time_s)
         return _between(first, second, float(np.clip(weight, 0.0, 1.0)))
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the histories as a pandas table; see :mod:`scenarios.results.frames`."""
+        return history_table(self.history)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return everything as an xarray data set; see :mod:`scenarios.results.frames`."""
+        return data_set(
+            self.model,
+            time_s=self.time_s,
+            history=self.history,
+            contact=self.contact,
+            fields=self.fields,
+            name=self.name,
+        )
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        from scenarios.views.page.notebook import solution_markup
+
+        return str(solution_markup(self))
 
 
 def same_values(one: Any, other: Any) -> bool:
@@ -313,7 +342,8 @@ def _between(first: Snapshot, second: Snapshot, weight: float) -> Snapshot:
 
     angle = float(mixed(np.array(first.placement.angle_rad), np.array(second.placement.angle_rad)))
     x, y = mixed(np.array(first.placement.shift_mm), np.array(second.placement.shift_mm))
-    return Snapshot(
+    return replace(
+        first,
         time_s=(1.0 - weight) * first.time_s + weight * second.time_s,
         placement=RigidPlacement(angle, (float(x), float(y))),
         displacement=mixed(first.displacement, second.displacement),

@@ -22,7 +22,7 @@ from geometry2d.rigid import RigidPlacement
 from scenarios.results.solution import Snapshot, Solution
 from scenarios.views.filmed import Crop, Image
 from scenarios.views.run_view import RunView, Window
-from scenarios.views.scene import INK, LOWER, PAPER, QUIET, UPPER, Scene
+from scenarios.views.scene import INK, LOWER, PAPER, QUIET, UPPER, SectionArtists
 
 Array = NDArray[np.float64]
 Place = tuple[float, float, float, float]
@@ -51,14 +51,16 @@ class ModelPanel:
         window = run_view.window(place[2] / place[3])
         self.axes.set_xlim(window.left, window.left + window.width)
         self.axes.set_ylim(window.bottom, window.bottom + window.height)
-        self.scene = Scene(self.axes, run_view.solution, run_view.shown, run_view.limits)
+        self.scene = SectionArtists(
+            self.axes, run_view.solution.snapshot(0), run_view.shown, run_view.limits
+        )
         self.artists: list[Artist] = [*self.scene.artists, *_scale_bar(self.axes, window)]
         if label:
             self.artists.append(_label(self.axes, label))
 
-    def show(self, frame: Snapshot, head: RigidPlacement) -> None:
+    def show(self, snapshot: Snapshot, head: RigidPlacement) -> None:
         """Show the model at one instant, with the head at ``head`` in the world."""
-        self.scene.show(frame, head)
+        self.scene.show(snapshot, head)
 
 
 class Picture(Artist):
@@ -214,7 +216,12 @@ class HistoryStrip:
 
 
 def colour_bars(
-    figure: Figure, scene: Scene, run_view: RunView, places: Sequence[Place], *, size: float
+    figure: Figure,
+    scene: SectionArtists,
+    run_view: RunView,
+    places: Sequence[Place],
+    *,
+    size: float,
 ) -> None:
     """Draw what the colours of the dermis and of the contact mean, one bar at each place."""
     shown = run_view.shown

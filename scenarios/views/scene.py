@@ -143,15 +143,15 @@ class SkinLine:
         )
 
 
-class Scene:
-    """The artists of a run on ``axes``, whose data are millimetres of the world.
+class SectionArtists:
+    """The section of a run drawn on ``axes``, whose data are millimetres of the world.
 
     Parameters
     ----------
     axes
         where to draw; limits are the caller's.
-    solution
-        the run.
+    first
+        any snapshot of the run: its undeformed section is drawn, and where contact is known.
     shown
         what the dermis is coloured by, one of :data:`SHOWN`.
     limits
@@ -159,9 +159,9 @@ class Scene:
     """
 
     def __init__(
-        self, axes: Axes, solution: Solution, shown: Shown, limits: tuple[float, float]
+        self, axes: Axes, first: Snapshot, shown: Shown, limits: tuple[float, float]
     ) -> None:
-        model = solution.model
+        model = first.model
         self._axes = axes
         self._model = model
         self._shown = shown
@@ -176,8 +176,7 @@ class Scene:
         self._bulk_loops = _loops_by_region(model, names, "bulk")
         self._all_loops = _loops_by_region(model, names, "dermis") + self._bulk_loops
         self._skin = {
-            lip: SkinLine(model, model.skin[lip], contact.arc_mm)
-            for lip, contact in solution.contact.items()
+            lip: SkinLine(model, model.skin[lip], arc_mm) for lip, arc_mm in first.arc_mm.items()
         }
         self._bulk = _area([], BULK, "none")
         self._edges = _area([], "none", SKIN_EDGE, width=0.8)
@@ -214,21 +213,21 @@ class Scene:
         """What the colour bar of the pressure belongs to."""
         return self._pressure
 
-    def show(self, frame: Snapshot, head: RigidPlacement) -> None:
-        """Move everything to where it is in ``frame``, with the head at ``head`` in the world."""
+    def show(self, snapshot: Snapshot, head: RigidPlacement) -> None:
+        """Move everything to where it is in a snapshot, with the head at ``head`` in the world."""
         _set_placement(self._head, head)
-        _set_placement(self._neck, frame.placement)
-        positions = self._model.nodes + frame.displacement
+        _set_placement(self._neck, snapshot.placement)
+        positions = self._model.nodes + snapshot.displacement
         self._bulk.set_path(_closed([positions[loop] for loop in self._bulk_loops]))
         self._edges.set_path(_closed([positions[loop] for loop in self._all_loops]))
         corners = self._model.triangles[self._dermis][:, AROUND]
         # An array is set many times faster than the list that the annotation asks for.
         self._elements.set_verts(cast(Any, positions[corners]))
-        values = frame.element[self._shown.field][self._dermis]
+        values = snapshot.element[self._shown.field][self._dermis]
         self._elements.set_array(values * self._shown.factor)
         segments, pressures = [], []
         for lip, line in self._skin.items():
-            points, pressure = line.points(positions), 1e3 * frame.pressure_mpa[lip]
+            points, pressure = line.points(positions), 1e3 * snapshot.pressure_mpa[lip]
             between = (pressure[:-1] + pressure[1:]) / 2
             pressed = between > 0
             segments.append(np.stack([points[:-1], points[1:]], axis=1)[pressed])

@@ -25,7 +25,7 @@ from scenarios.views.filmed import (
 )
 from scenarios.views.plots import imprint, plot_histories, plot_imprint
 from scenarios.views.run_view import RunView, RunViewError
-from scenarios.views.scene import SHOWN, Scene, boundary_loops, colour_limits
+from scenarios.views.scene import SHOWN, SectionArtists, boundary_loops, colour_limits
 from tests.support.made_up_sip import PICTURE_ORIGIN, PICTURE_SCALE, UPPER_MOUTH
 
 
@@ -116,7 +116,7 @@ def test_the_model_is_drawn_where_it_is_in_the_world(run_directory: Path) -> Non
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     axes.set(xlim=(0, 200), ylim=(-100, 100))
-    scene = Scene(axes, solution, SHOWN["von_mises_mpa"], (80.0, 80.0))
+    scene = SectionArtists(axes, solution.snapshot(0), SHOWN["von_mises_mpa"], (80.0, 80.0))
     head = RigidPlacement(0.3, (5.0, -7.0))
     frame = solution.snapshot(5)
     scene.show(frame, head)
@@ -132,7 +132,9 @@ def test_pressure_is_drawn_where_the_lip_is_pressed(run_directory: Path) -> None
     solution = Solution.load(run_directory)
     figure = Figure()
     FigureCanvasAgg(figure)
-    scene = Scene(figure.add_subplot(), solution, SHOWN["von_mises_mpa"], (80.0, 80.0))
+    scene = SectionArtists(
+        figure.add_subplot(), solution.snapshot(0), SHOWN["von_mises_mpa"], (80.0, 80.0)
+    )
     scene.show(solution.snapshot(5), RigidPlacement(0.0, (0.0, 0.0)))
     segments = np.array(scene.pressure_colours.get_segments())
     pressure = np.asarray(scene.pressure_colours.get_array())
