@@ -13,8 +13,6 @@ overlap) are drawn again. The table has a row a seed; a seed repeats its row.
 from __future__ import annotations
 
 import argparse
-import csv
-import shutil
 import tempfile
 import time
 from pathlib import Path
@@ -25,6 +23,7 @@ from geometry2d.anatomy.head import HeadError, head_section
 from geometry2d.neck import NECKS, NeckError
 from geometry2d.regions import SectionError
 from mocap.convert import convert
+from mocap.motion.motion import Motion
 from scenarios.results.increment import Increment
 from scenarios.settings.scenario import Scenario, library_names, read_scenario
 from scenarios.sip.replay import replay
@@ -78,20 +77,17 @@ def drawn(rng: np.random.Generator, resolution: str) -> tuple[Scenario, list[str
 def strayed(motion: Path, out: Path, rng: np.random.Generator) -> Path:
     """Write a copy of a motion that strays from the path, and return it."""
     out.mkdir()
-    with motion.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    time_s = np.array([float(row["time_s"]) for row in rows])
-    for column, most in (("rel_x_mm", 1.0), ("rel_y_mm", 1.0), ("rel_theta_deg", 2.0)):
+    straight = Motion.read(motion)
+    strays = []
+    for most in (1.0, 1.0, np.radians(2.0)):
         amplitude = rng.uniform(-most, most, 3) / 3
         frequency_hz, phase = rng.uniform(0.2, 2.0, 3), rng.uniform(0.0, 2 * np.pi, 3)
-        waves = amplitude * np.sin(2 * np.pi * frequency_hz * time_s[:, None] + phase)
-        for row, stray in zip(rows, waves.sum(axis=1), strict=True):
-            row[column] = repr(float(row[column]) + float(stray))
-    with (out / "motion.csv").open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
-    shutil.copy(motion.with_name("summary.json"), out)
+        waves = amplitude * np.sin(2 * np.pi * frequency_hz * straight.time_s[:, None] + phase)
+        strays.append(waves.sum(axis=1))
+    straight.with_(
+        relative_mm=straight.relative_mm + np.column_stack(strays[:2]),
+        relative_rad=straight.relative_rad + strays[2],
+    ).write(out / "motion.csv", decimals=15)
     return out / "motion.csv"
 
 

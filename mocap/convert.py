@@ -17,18 +17,14 @@ from mocap.formats.boundary import write_boundary_conditions
 from mocap.formats.c3d import write_c3d
 from mocap.formats.exchange import motion_table, read_positions, tracks_from
 from mocap.formats.trc import write_trc
-from mocap.measurement import measure
-from mocap.motion.motion import Capture
-from mocap.motion.scale import (
-    BodyScale,
-    Picture,
-)
+from mocap.measurement import Measurement, measure
+from mocap.motion.motion import Motion
+from mocap.motion.scale import Picture
 from mocap.tracking.follow import follow
 from mocap.tracking.markers import MarkerFile, read_markers
 from mocap.tracking.noise import with_noise_in_time
 from mocap.tracking.tracks import Tracks, read_tracks
 from mocap.video.frames import Video
-from mocap.views.chart import write_chart
 from mocap.views.overlay import write_overlay
 from mocap.views.summary import summary, write_summary
 
@@ -66,13 +62,20 @@ class ConvertOptions:
 
 @dataclass(frozen=True)
 class ConvertResult:
-    """What a conversion found; ``out`` is the folder that holds it."""
+    """What a conversion found; ``out`` is the folder that holds it.
+
+    ``motion`` is the motion as its file holds it, ``measured`` all that it rests on.
+    """
 
     out: Path
-    tracks: Tracks
-    motion: Capture
-    scales: dict[str, BodyScale]
+    motion: Motion
+    measured: Measurement
     summary: dict[str, Any]
+
+    @property
+    def tracks(self) -> Tracks:
+        """The tracks of all markers."""
+        return self.measured.tracks
 
 
 def convert(
@@ -119,20 +122,20 @@ def convert(
     with _NewFolder(folder) as partial:
         measured.tracks.write(partial / "tracks.csv")
         measured.motion.write(partial / "motion.csv")
-        write_chart(measured.motion, partial / "motion.png", rendered=marker_file.rendered)
+        measured.motion.plot().savefig(partial / "motion.png", dpi=110)
         tables = partial / "boundary_conditions"
         write_boundary_conditions(measured.motion, tables)
         write_motion_files(measured.motion, marker_file, tables)
         write_overlay(
             Video(video, fps=fps),
             measured.tracks,
-            measured.motion,
+            measured.capture,
             marker_file,
             partial / "overlay.mp4",
             progress=lambda done: say("drawing the overlay", done, timing.frames),
         )
         write_summary(report, partial / MARK_OF_A_RESULT)
-    return ConvertResult(folder, measured.tracks, measured.motion, measured.scales, report)
+    return ConvertResult(folder, measured.motion.rounded(), measured, report)
 
 
 def given_tracks(path: Path | str) -> Tracks:
@@ -159,7 +162,7 @@ def given_tracks(path: Path | str) -> Tracks:
     return replace(found, time_s=np.full_like(found.time_s, np.nan))
 
 
-def write_motion_files(motion: Capture, markers: MarkerFile, folder: Path) -> None:
+def write_motion_files(motion: Motion, markers: MarkerFile, folder: Path) -> None:
     """Write the motion as TRC and, where its frames are even in time, as C3D."""
     table = motion_table(motion, markers)
     write_trc(table, folder / "motion.trc")

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.motion.motion import Capture, capture
+from mocap.motion.capture import Capture, capture
+from mocap.motion.motion import Motion
 from mocap.motion.phases import LipAtRim, lip_at_rim
 from mocap.motion.scale import (
     BodyScale,
@@ -30,10 +31,15 @@ class Measurement:
 
     tracks: Tracks
     scales: dict[str, BodyScale]
-    motion: Capture
+    capture: Capture
     lip: LipAtRim | None
     flat_px: Array
     centre_px: Array
+
+    @property
+    def motion(self) -> Motion:
+        """The motion of head and package."""
+        return self.capture.motion
 
 
 def measure(tracks: Tracks, markers: MarkerFile, picture: Picture) -> Measurement:
@@ -42,13 +48,13 @@ def measure(tracks: Tracks, markers: MarkerFile, picture: Picture) -> Measuremen
     centre = flattened(axis_px(markers.lens, picture), markers, picture)
     scales = body_scales(tracks, markers, flat)
     world = positions_mm(flat, tracks.names, markers, scales, centre)
-    motion = capture(tracks, markers, world, scales)
-    lip = _lip(motion, tracks, markers, scales, picture, centre)
-    return Measurement(tracks, scales, motion, lip, flat, centre)
+    captured = capture(tracks, markers, world, scales)
+    lip = _lip(captured, tracks, markers, scales, picture, centre)
+    return Measurement(tracks, scales, captured, lip, flat, centre)
 
 
 def _lip(
-    motion: Capture,
+    captured: Capture,
     tracks: Tracks,
     markers: MarkerFile,
     scales: Mapping[str, BodyScale],
@@ -56,11 +62,14 @@ def _lip(
     centre: Array,
 ) -> LipAtRim | None:
     """Return where the upper lip is at the rim; both lie in the middle of face and package."""
-    if markers.style is None or motion.frame[0] != tracks.frame[0]:
+    if markers.style is None or captured.frame[0] != tracks.frame[0]:
         return None
     points = markers.style
     clicked = [points.upper_lip, points.rim_lower, points.rim_upper]
     scale = scales[markers.moving].px_per_mm[0]
     away = (flattened(clicked, markers, picture) - centre) / scale * [1.0, -1.0]
-    from_mark = away - motion.origin_mm
-    return lip_at_rim(motion, from_mark[0], from_mark[1:])
+    from_mark = away - captured.origin_mm
+    motion = captured.motion
+    return lip_at_rim(
+        motion.head, motion.package, from_mark[0], from_mark[1:], motion.package_mm[0]
+    )

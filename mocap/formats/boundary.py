@@ -9,14 +9,14 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.motion.motion import Capture
+from mocap.motion.motion import Motion
 
 Array: TypeAlias = NDArray[np.float64]
 
 DEGREES_OF_FREEDOM = ("u1", "u2", "ur3")
 
 
-def displacement_tables(motion: Capture) -> dict[str, Array]:
+def displacement_tables(motion: Motion) -> dict[str, Array]:
     """Return time and displacement since the start (n, 2) by table name, mm and rad.
 
     ``head_*`` and ``package_*`` are in the world plane and belong to each body's first marker;
@@ -25,8 +25,8 @@ def displacement_tables(motion: Capture) -> dict[str, Array]:
     relative = motion.relative_mm - motion.relative_mm[0]
     package = motion.package_mm - motion.package_mm[0]
     columns: Mapping[str, tuple[Array, Array, Array]] = {
-        "head": (motion.head_mm[:, 0], motion.head_mm[:, 1], motion.head.angle_rad),
-        "package": (package[:, 0], package[:, 1], motion.package.angle_rad),
+        "head": (motion.head_mm[:, 0], motion.head_mm[:, 1], motion.head_rad),
+        "package": (package[:, 0], package[:, 1], motion.package_rad),
         "relative": (relative[:, 0], relative[:, 1], motion.relative_rad),
     }
     time = motion.time_s - motion.time_s[0]
@@ -37,7 +37,7 @@ def displacement_tables(motion: Capture) -> dict[str, Array]:
     }
 
 
-def write_boundary_conditions(motion: Capture, folder: Path) -> None:
+def write_boundary_conditions(motion: Motion, folder: Path) -> None:
     """Write one tab-separated table per body and degree of freedom into ``folder``.
 
     Each holds time since the start (s) and displacement (mm or rad), the lines that Abaqus expects

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from mocap.formats import bvh, c3d, spreadsheets, trc
 from mocap.formats.marker_table import ExchangeError, MarkerTable, text_of
-from mocap.motion.motion import Capture
+from mocap.motion.motion import Motion
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.tracks import Tracks
 
@@ -111,7 +111,7 @@ def table_from(tracks: Tracks) -> MarkerTable:
     return MarkerTable(tracks.time_s, tracks.names, positions, "px")
 
 
-def motion_table(motion: Capture, markers: MarkerFile) -> MarkerTable:
+def motion_table(motion: Motion, markers: MarkerFile) -> MarkerTable:
     """Return a motion as markers (mm, y up, z 0) that move rigidly with their bodies.
 
     Each body's first marker, and a second point 100 mm from it along the body's x axis.
@@ -120,7 +120,7 @@ def motion_table(motion: Capture, markers: MarkerFile) -> MarkerTable:
     columns = []
     for body, rigid, start in (
         (markers.reference, motion.head, np.zeros(2)),
-        (markers.moving, motion.package, motion.package_start_mm),
+        (markers.moving, motion.package, motion.package_mm[0]),
     ):
         names += [markers.bodies[body][0], f"{body}_axis"]
         columns.append(rigid.apply(np.array([start, start + np.array([100.0, 0.0])])))

@@ -1,384 +1,436 @@
-"""Rigid motions of head and package from marker positions, with residual and uncertainty.
-
-The pose of a body in a frame is the angle θ and the position that bring its shape X_i nearest to
-the measured x_i in the least-squares sense, weights w_i = 1/σ_i². With both taken from their
-weighted means and as complex numbers, θ = arg Σ w_i x_i X̄_i (a rotation, never a reflection),
-σ_θ² = 1/Σ w_i|X_i|², and σ² = 1/Σ w_i for the mean. The shape is the average over all frames
-(generalised Procrustes, Gower 1975), so that no single frame's noise is in all angles.
-"""
+"""The motion of head and package: one value that a recording gives and a replay takes."""
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from geometry2d.foundation.errors import DrinksimError
-from geometry2d.rigid import RigidMotion, rotated
-from mocap.motion.scale import BodyScale
-from mocap.motion.smooth import Smoothed, smoothed
-from mocap.tracking.markers import MarkerFile
-from mocap.tracking.noise import repeats
-from mocap.tracking.tracks import Tracks
+from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
+from mocap.motion.chart import relative_figure
+from mocap.motion.errors import MotionError
+from mocap.motion.motion_file import (
+    AXIS_DECIMALS,
+    COLUMNS,
+    DECIMALS,
+    HEAD,
+    PACKAGE,
+    RELATIVE,
+    SIGMA,
+    Value,
+    read_motion_file,
+    write_motion_file,
+)
+from mocap.motion.phases import (
+    ACROSS_THE_NECK,
+    DrinkingFigures,
+    LipAtRim,
+    figures_of,
+)
+from mocap.motion.picture import PictureScale
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 Array: TypeAlias = NDArray[np.float64]
 
-COLUMNS = (
-    "time_s",
-    "head_x_mm",
-    "head_y_mm",
-    "head_theta_deg",
-    "package_x_mm",
-    "package_y_mm",
-    "package_theta_deg",
-    "rel_x_mm",
-    "rel_y_mm",
-    "rel_theta_deg",
-    "sigma_x_mm",
-    "sigma_y_mm",
-    "sigma_theta_deg",
-)
-# A body whose markers miss their rigid places by this many stated errors is not rigid.
-RIGID_LIMIT = 5.0
-# ... and by more than this (mm), since stated errors may be very small.
-RIGID_LEAST_MM = 0.3
-# Standard errors over the usual one from which on a marker was bridged rather than seen.
-BRIDGED = 4.0
-
-
-class MotionError(DrinksimError):
-    """Tracks from which no motion can be had."""
-
 
 @dataclass(frozen=True)
-class Poses:
-    """Pose of one body in every frame, as measured.
+class MarkedBody:
+    """A body of the marker file.
 
-    ``position_mm`` (n, 2) is that of the first marker, ``angle_rad`` (n,) the rotation since the
-    first frame; ``covariance`` (n, 3, 3) belongs to (x, y, angle). ``residual_mm`` (n,) is the RMS
-    distance of the markers from their rigid places, nan where one of them is bridged and not seen:
-    its standard error is then more than ``BRIDGED`` usual ones. ``turns`` is False for a single
-    marker. ``axis_rad`` is the direction from the first marker to the last where ``angle_rad`` is
-    zero, counter-clockwise from the world's x, from all frames together (0 for a single marker).
+    Attributes
+    ----------
+    name, markers
+        Its name and its markers; the first marker is the body's origin.
+    axis_rad
+        Direction from the first to the last marker in the first frame, rad, counter-clockwise from
+        the world's x; None if it is not known, as for a single marker.
     """
 
-    body: str
-    markers: tuple[str, ...]
-    position_mm: Array
-    angle_rad: Array
-    covariance: Array
-    residual_mm: Array
-    expected_residual_mm: float
-    turns: bool
-    axis_rad: float
-
-    @property
-    def residual_rms_mm(self) -> float:
-        """RMS distance of the markers from their rigid places where they are seen, mm."""
-        return float(np.sqrt(np.nanmean(self.residual_mm**2)))
-
-    @property
-    def rigid(self) -> bool:
-        """Whether the markers keep their distances as well as their errors allow."""
-        limit = max(RIGID_LIMIT * self.expected_residual_mm, RIGID_LEAST_MM)
-        return self.residual_rms_mm <= limit
+    name: str
+    markers: tuple[str, ...] = ()
+    axis_rad: float | None = None
 
 
-@dataclass(frozen=True)
-class Capture:
-    """The motions of both bodies in the world plane and what is known about them.
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion:
+    """Rigid motions of head and package in the world, and of the package seen from the head.
 
-    ``head`` and ``package`` stand for the reference and the moving body of the marker file. Both
-    motions are the identity in the first frame. ``origin_mm`` (2,) is where the head's first marker
-    then is, from the camera's axis; ``package_start_mm`` (2,) is the moving body's, from there.
-    ``relative_mm`` (n, 2), ``relative_rad`` (n,) and ``sigma`` (n, 3: mm, mm, rad) are the motion
-    of the package seen from the head. ``axis_rad`` holds, by body, the direction from its first
-    marker to its last in the first frame. ``others`` are the poses of bodies that take no part in
-    the motion, such as the jaw, whose skin slides.
+    :meth:`of` makes a motion from fewer numbers, :meth:`read` from a ``motion.csv``.
+
+    Attributes
+    ----------
+    time_s
+        (n,) increasing times, s; n ≥ 2.
+    relative_mm, relative_rad
+        (n, 2) and (n,): place of the package's first marker in the head frame and rotation of the
+        package on the head since the first frame.
+    sigma
+        (n, 3) standard errors of the relative x and y, mm, and angle, rad; nan if not known.
+    head_mm, head_rad
+        (n, 2) and (n,): place of the head's first marker in the world and rotation of the head
+        since the first frame; all nan if not known.
+    package_mm, package_rad
+        The same of the package.
+    head_body, package_body
+        What the marker file calls the bodies, and their directions in the first frame.
+    picture
+        Where the world is in the recording's picture, at the package's depth; None if not known.
+    rendered
+        Whether the recording is rendered and not filmed.
     """
 
-    frame: NDArray[np.int_]
     time_s: Array
-    head: RigidMotion
-    package: RigidMotion
-    origin_mm: Array
-    package_start_mm: Array
     relative_mm: Array
     relative_rad: Array
     sigma: Array
-    poses: Mapping[str, Poses]
-    smoothing: Mapping[str, Smoothed]
-    axis_rad: Mapping[str, float]
-    others: Mapping[str, Poses]
+    head_mm: Array
+    head_rad: Array
+    package_mm: Array
+    package_rad: Array
+    head_body: MarkedBody = MarkedBody("head")
+    package_body: MarkedBody = MarkedBody("package")
+    picture: PictureScale | None = None
+    rendered: bool = False
 
-    @property
-    def head_mm(self) -> Array:
-        """Position (n, 2) of the head's first marker since the first frame, mm."""
-        return self.head.shift_mm
+    def __post_init__(self) -> None:
+        count = np.asarray(self.time_s).size
+        for name, columns in _ARRAYS.items():
+            array = np.array(getattr(self, name), float)
+            shape = (count, columns) if columns else (count,)
+            if array.shape != shape:
+                raise MotionError(f"{name} has shape {array.shape}: {count} times need {shape}")
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        self._check_values()
 
-    @property
-    def package_mm(self) -> Array:
-        """Position (n, 2) of the package's first marker from the origin, mm."""
-        return self.package.apply(self.package_start_mm)[:, 0]
+    def _check_values(self) -> None:
+        if self.time_s.size < 2:
+            raise MotionError(
+                f"the motion holds {self.time_s.size} instants: a motion needs at least two"
+            )
+        if not np.all(np.diff(self.time_s) > 0):
+            row = int(np.argmin(np.diff(self.time_s) > 0))
+            raise MotionError(
+                f"times do not increase after {self.time_s[row]:g} s (row {row + 1}): sort the "
+                "rows and drop doubles"
+            )
+        for name in _ARRAYS:
+            known = np.isfinite(getattr(self, name)).reshape(self.time_s.size, -1).all(axis=1)
+            may_be_unknown = name not in ("time_s", "relative_mm", "relative_rad")
+            if not known.all() and not (may_be_unknown and not known.any()):
+                row = int(np.argmin(known))
+                raise MotionError(
+                    f"{name} in row {row + 1} is not finite: fill or leave out such rows"
+                )
 
-    def write(self, path: Path) -> None:
-        """Write ``motion.csv``."""
+    @classmethod
+    def of(
+        cls,
+        time_s: ArrayLike,
+        relative_mm: ArrayLike,
+        relative_rad: ArrayLike,
+        *,
+        sigma: ArrayLike | None = None,
+        head_mm: ArrayLike | None = None,
+        head_rad: ArrayLike | None = None,
+        **about: Any,
+    ) -> Motion:
+        """Return a motion from what is known of it; the package's place in the world follows.
+
+        Parameters
+        ----------
+        time_s, relative_mm, relative_rad, sigma, head_mm, head_rad
+            As the attributes; what is left out is not known.
+        **about
+            ``head_body``, ``package_body``, ``picture``, ``rendered``.
+
+        Raises
+        ------
+        MotionError
+            If shapes do not fit, times do not increase, or a number is not finite.
+        """
+        count = np.size(time_s)
+        head_at = np.full((count, 2), np.nan) if head_mm is None else np.asarray(head_mm, float)
+        turn = np.full(count, np.nan) if head_rad is None else np.asarray(head_rad, float)
+        relative, angle = np.asarray(relative_mm, float), np.asarray(relative_rad, float)
+        return cls(
+            time_s=np.asarray(time_s, float),
+            relative_mm=relative,
+            relative_rad=angle,
+            sigma=np.full((count, 3), np.nan) if sigma is None else np.asarray(sigma, float),
+            head_mm=head_at,
+            head_rad=turn,
+            package_mm=head_at + rotated(relative, turn),
+            package_rad=turn + angle,
+            **about,
+        )
+
+    @classmethod
+    def read(cls, path: Path | str) -> Motion:
+        """Return the motion that a ``motion.csv`` holds.
+
+        Needed are the columns ``time_s`` and ``rel_*``; the others and the header may be missing
+        (:mod:`mocap.motion.motion_file`).
+
+        Raises
+        ------
+        MotionError
+            If the file is missing, broken, or holds no motion; the message names the file.
+        """
+        file = Path(path)
+        columns, header = read_motion_file(file)
+        try:
+            return cls(**_arrays(columns), **_of_header(header))
+        except MotionError as error:
+            raise MotionError(f"{file}: {error}") from None
+
+    def write(self, path: Path | str, *, decimals: int = DECIMALS) -> None:
+        """Write the motion as ``motion.csv``; :meth:`read` gives back :meth:`rounded`.
+
+        ``decimals`` are those of mm, degrees and s.
+        """
+        write_motion_file(Path(path), self.columns(), self._header(), decimals=decimals)
+
+    def columns(self) -> dict[str, Array]:
+        """Return the known columns (n,) of ``motion.csv`` by name: s, mm, degrees."""
         table = np.column_stack(
             [
                 self.time_s,
                 self.head_mm,
-                np.degrees(self.head.angle_rad),
+                np.degrees(self.head_rad),
                 self.package_mm,
-                np.degrees(self.package.angle_rad),
+                np.degrees(self.package_rad),
                 self.relative_mm,
                 np.degrees(self.relative_rad),
                 self.sigma[:, :2],
                 np.degrees(self.sigma[:, 2]),
             ]
         )
-        with path.open("w", newline="", encoding="utf-8") as handle:
-            writer = csv.writer(handle, lineterminator="\n")
-            writer.writerow(COLUMNS)
-            writer.writerows([[f"{value:.6f}" for value in row] for row in table])
+        named = zip(COLUMNS, table.T, strict=True)
+        return {name: column for name, column in named if not np.isnan(column).all()}
 
+    def rounded(self) -> Motion:
+        """Return the motion as a file holds it: mm and degrees to six decimals.
 
-def usable_rows(tracks: Tracks, markers: MarkerFile) -> slice:
-    """Return the frames over which both bodies have all their markers, seen or bridged.
+        A replay of it gives the same bits whether or not it went through a file.
+        """
+        table = {
+            name: np.array([float(f"{value:.{DECIMALS}f}") for value in column])
+            for name, column in self.columns().items()
+        }
+        bodies: dict[str, Any] = {
+            name: replace(body, axis_rad=np.radians(_axis_deg(body)))
+            for name, body in (("head_body", self.head_body), ("package_body", self.package_body))
+            if body.axis_rad is not None
+        }
+        return replace(self, **_arrays(table), **bodies)
 
-    Raises
-    ------
-    MotionError
-        If there are fewer than two such frames in a row.
-    """
-    needed = [*markers.bodies[markers.reference], *markers.bodies[markers.moving]]
-    columns = [tracks.names.index(name) for name in needed]
-    complete = np.isfinite(tracks.position_px[:, columns, 0]).all(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], complete, [False]]).astype(int)))
-    if edges.size == 0:
-        never = [name for name in needed if not tracks.known(name).any()]
-        culprit = f": {', '.join(never)} never seen" if never else ""
-        raise MotionError(f"no frame in which both bodies have all their markers{culprit}")
-    runs = edges.reshape(-1, 2)
-    first, last = max(runs, key=lambda run: run[1] - run[0])
-    if last - first < 2:
-        gone = [name for name in needed if tracks.known(name).sum() < 2]
-        raise MotionError(
-            "both bodies have all their markers in a single frame only "
-            f"(frame {tracks.frame[first]}); lost at once: {', '.join(gone) or 'one after another'}"
+    @cached_property
+    def relative(self) -> RigidMotion:
+        """The package seen from the head: its first marker is the origin of the body's frame."""
+        return RigidMotion(self.time_s, self.relative_rad, self.relative_mm)
+
+    @cached_property
+    def head(self) -> RigidMotion:
+        """The head frame in the world."""
+        self._check_world()
+        return RigidMotion(self.time_s, self.head_rad, self.head_mm)
+
+    @cached_property
+    def package(self) -> RigidMotion:
+        """Where the package carries a point that is given by its place in the first frame."""
+        self._check_world()
+        return RigidMotion.of_reference_point(
+            self.time_s, self.package_rad, self.package_mm, self.package_mm[0]
         )
-    return slice(int(first), int(last))
+
+    def at(self, time_s: float) -> RigidPlacement:
+        """Return the package seen from the head at one time; it rests before and after."""
+        return self.relative.at(time_s)
+
+    def with_(self, **changes: Any) -> Motion:
+        """Return a motion with some attributes changed.
+
+        If the relative or the head's motion is changed and the package's is not, the package's
+        place in the world follows.
+        """
+        unknown = changes.keys() - {field.name for field in fields(self)}
+        if unknown:
+            raise MotionError(
+                f"a motion has no {sorted(unknown)[0]}: known are "
+                f"{', '.join(field.name for field in fields(self))}"
+            )
+        follows = {"relative_mm", "relative_rad", "head_mm", "head_rad"} & changes.keys()
+        changed = replace(self, **changes)
+        if not follows or {"package_mm", "package_rad"} & changes.keys():
+            return changed
+        return replace(
+            changed,
+            package_mm=changed.head_mm + rotated(changed.relative_mm, changed.head_rad),
+            package_rad=changed.head_rad + changed.relative_rad,
+        )
+
+    def shifted(self, *, x_mm: float = 0.0, y_mm: float = 0.0, turn_deg: float = 0.0) -> Motion:
+        """Return the motion of a package that is held elsewhere throughout.
+
+        ``x_mm`` and ``y_mm`` move it along the axes of the head frame; ``turn_deg`` turns it
+        counter-clockwise about its first marker.
+        """
+        body, by = self.package_body, np.radians(turn_deg)
+        if body.axis_rad is not None:
+            body = replace(body, axis_rad=body.axis_rad + float(by))
+        elif turn_deg:
+            raise MotionError(
+                f"the direction of {body.name} is not known, so it cannot be turned: give "
+                "package_body an axis_rad"
+            )
+        return self.with_(relative_mm=self.relative_mm + np.array([x_mm, y_mm]), package_body=body)
+
+    def drinking(self, lip: LipAtRim | None = None) -> DrinkingFigures:
+        """Return phases, tilt, pitch, closest approach and style of the sip.
+
+        Parameters
+        ----------
+        lip
+            Where the upper lip is at the rim, if known. How far the opening points above level is
+            taken from there, or else from the standard marks, which lie across the neck; the
+            camera is taken to be level.
+        """
+        self._check_world()
+        return figures_of(
+            self.time_s,
+            self.relative_mm,
+            self.relative_rad,
+            self.head_rad,
+            inclination_deg=self._inclination_deg() if lip is None else lip.inclination_deg,
+            lip=lip,
+        )
+
+    def plot(self) -> Figure:
+        """Return position and rotation of the package seen from the head, with bands of ±2σ."""
+        return relative_figure(
+            self.time_s,
+            self.relative_mm,
+            self.relative_rad,
+            self.sigma,
+            title=f"Motion of the {self.package_body.name} seen from the {self.head_body.name}"
+            + (" (rendered recording)" if self.rendered else ""),
+            phases_s=self.drinking().phases_s if self.in_world else {},
+        )
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return :meth:`columns` as a pandas table."""
+        try:
+            import pandas as pd
+        except ImportError:
+            raise MotionError(
+                "a table needs pandas, which is not installed: pip install pandas"
+            ) from None
+        return pd.DataFrame(self.columns())
+
+    @property
+    def in_world(self) -> bool:
+        """Whether the places of head and package in the world are known."""
+        return bool(np.isfinite(self.head_rad[0]) and np.isfinite(self.head_mm[0, 0]))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Motion):
+            return NotImplemented
+        return all(
+            np.array_equal(getattr(self, field.name), getattr(other, field.name), equal_nan=True)
+            if field.name in _ARRAYS
+            else getattr(self, field.name) == getattr(other, field.name)
+            for field in fields(self)
+        )
+
+    def __repr__(self) -> str:
+        what = f"{self.package_body.name} seen from {self.head_body.name}"
+        span = f"{self.time_s.size} instants, {self.time_s[0]:.2f} to {self.time_s[-1]:.2f} s"
+        x, y, turn = np.median(self.sigma, axis=0)
+        sigma = "" if np.isnan(x) else f", σ {np.hypot(x, y):.2f} mm {np.degrees(turn):.2f}°"
+        return f"Motion({what}, {span}{sigma})"
+
+    def _check_world(self) -> None:
+        if not self.in_world:
+            raise MotionError(
+                "the motion holds no place of the head in the world: its file lacks "
+                f"{', '.join(HEAD)}"
+            )
+
+    def _inclination_deg(self) -> float | None:
+        """Return how far above level an opening points that faces left, square to its marks."""
+        body = self.package_body
+        if body.markers != ACROSS_THE_NECK or body.axis_rad is None:
+            return None
+        across = np.pi / 2 - body.axis_rad
+        return float(np.degrees(np.arctan2(np.sin(across), np.cos(across))))
+
+    def _header(self) -> dict[str, Value]:
+        header: dict[str, Value] = {}
+        for name, body in (("head", self.head_body), ("package", self.package_body)):
+            header[f"{name}_body"] = body.name
+            header[f"{name}_markers"] = list(body.markers)
+            if body.axis_rad is not None:
+                header[f"{name}_axis_deg"] = _axis_deg(body)
+        if self.picture is not None:
+            header["picture_x_px"], header["picture_y_px"] = self.picture.origin_px
+            header["picture_px_per_mm"] = self.picture.px_per_mm
+        header["rendered"] = self.rendered
+        return header
 
 
-def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm: Array) -> Poses:
-    """Return the pose of a body in every frame.
-
-    Parameters
-    ----------
-    body, names
-        The body and its markers.
-    positions_mm, sigma_mm
-        (n, m, 2) and (n, m) marker positions and standard errors, mm.
-    """
-    measured = positions_mm[..., 0] + 1j * positions_mm[..., 1]
-    weight = 1 / np.maximum(sigma_mm, 1e-6) ** 2
-    total = weight.sum(axis=1)
-    mean = (weight * measured).sum(axis=1) / total
-    shape = measured[0] - measured[0].mean()
-    angle = np.zeros(measured.shape[0])
-    for _ in range(10 if len(names) > 1 else 1):
-        offset = shape - (weight * shape).sum(axis=1, keepdims=True) / total[:, None]
-        if len(names) > 1:
-            turned = (weight * (measured - mean[:, None]) * offset.conj()).sum(axis=1)
-            angle = np.unwrap(np.angle(turned))
-        back = (measured - mean[:, None]) * np.exp(-1j * angle)[:, None] + (shape - offset)
-        before = shape
-        shape = (weight * back).sum(axis=0) / weight.sum(axis=0)
-        shape = shape - shape.mean()
-        if np.abs(shape - before).max() < 1e-10:
-            break
-    offset = shape - (weight * shape).sum(axis=1, keepdims=True) / total[:, None]
-    turn = np.exp(1j * angle)
-    rigid = mean[:, None] + offset * turn[:, None]
-    inertia = (weight * np.abs(offset) ** 2).sum(axis=1)
-    arm = offset[:, 0] * turn
-    covariance = _pose_covariance(total, inertia, arm, turns=len(names) > 1)
-    count = max(2 * len(names) - 3, 0)
-    return Poses(
-        body=body,
-        markers=names,
-        position_mm=np.column_stack([rigid[:, 0].real, rigid[:, 0].imag]),
-        angle_rad=angle - angle[0],
-        covariance=covariance,
-        residual_mm=np.where(
-            (sigma_mm > BRIDGED * np.median(sigma_mm, axis=0)).any(axis=1),
-            np.nan,
-            np.sqrt(np.mean(np.abs(measured - rigid) ** 2, axis=1)),
-        ),
-        expected_residual_mm=float(np.sqrt(np.median(sigma_mm) ** 2 * count / max(len(names), 1))),
-        turns=len(names) > 1,
-        axis_rad=float(np.angle(shape[-1] - shape[0]) + angle[0]) if len(names) > 1 else 0.0,
-    )
+_ARRAYS = {
+    "time_s": 0,
+    "relative_mm": 2,
+    "relative_rad": 0,
+    "sigma": 3,
+    "head_mm": 2,
+    "head_rad": 0,
+    "package_mm": 2,
+    "package_rad": 0,
+}
+"""Names of the arrays and their numbers of columns; 0 for (n,)."""
 
 
-def _pose_covariance(
-    total: Array, inertia: Array, arm: NDArray[np.complex128], *, turns: bool
-) -> Array:
-    """Return the covariance (n, 3, 3) of x, y and angle of the marker at ``arm`` from the mean."""
-    covariance = np.zeros((total.size, 3, 3))
-    covariance[:, 0, 0] = covariance[:, 1, 1] = 1 / total
-    if turns:
-        lever = np.stack([-arm.imag, arm.real, np.ones_like(arm.real)], axis=1)
-        covariance += lever[:, :, None] * lever[:, None, :] / inertia[:, None, None]
-    return covariance
+def _arrays(columns: dict[str, Array]) -> dict[str, Any]:
+    """Return the arrays of a motion from the columns of its file; nan for those that lack."""
+    unknown = np.full_like(columns["time_s"], np.nan)
+    table = {name: columns.get(name, unknown) for name in COLUMNS}
+    arrays = {"time_s": table["time_s"]}
+    for body, (x, y, theta) in (("relative", RELATIVE), ("head", HEAD), ("package", PACKAGE)):
+        arrays[f"{body}_mm"] = np.column_stack([table[x], table[y]])
+        arrays[f"{body}_rad"] = np.radians(table[theta])
+    x, y, theta = SIGMA
+    return arrays | {"sigma": np.column_stack([table[x], table[y], np.radians(table[theta])])}
 
 
-def capture(
-    tracks: Tracks,
-    markers: MarkerFile,
-    world_mm: Array,
-    scales: Mapping[str, BodyScale],
-    *,
-    cutoff_hz: float | None = None,
-) -> Capture:
-    """Return the smoothed motions of both bodies and of one seen from the other.
+def _axis_deg(body: MarkedBody) -> float:
+    """Return the direction of a body to ``AXIS_DECIMALS``, with which it reads back the same."""
+    assert body.axis_rad is not None
+    return round(float(np.degrees(body.axis_rad)), AXIS_DECIMALS)
 
-    Parameters
-    ----------
-    tracks
-        Tracks with gaps bridged.
-    markers
-        The bodies and which is seen from which.
-    world_mm
-        (n, m, 2) marker positions, mm from the camera's axis, y up.
-    scales
-        Scale of each body, for the errors.
-    cutoff_hz
-        Cutoff of the smoothing; chosen from the data if None.
-    """
-    rows = usable_rows(tracks, markers)
-    poses = {
-        body: _poses_of(body, markers.bodies[body], tracks, world_mm, scales[body], rows)
-        for body in (markers.reference, markers.moving)
+
+def _of_header(header: dict[str, Any]) -> dict[str, Any]:
+    about: dict[str, Any] = {
+        f"{name}_body": MarkedBody(
+            header.get(f"{name}_body", name),
+            tuple(header.get(f"{name}_markers", ())),
+            float(np.radians(header[f"{name}_axis_deg"])) if f"{name}_axis_deg" in header else None,
+        )
+        for name in ("head", "package")
     }
-    time = tracks.time_s[rows]
-    smoothing: dict[str, Smoothed] = {}
-    smooth: dict[str, tuple[Array, Array, Array]] = {}
-    for body, pose in poses.items():
-        columns = [tracks.names.index(name) for name in pose.markers]
-        same = repeats(tracks.position_px[rows][:, columns])
-        values, covariance = _smoothed_pose(time, pose, same, smoothing, cutoff_hz)
-        smooth[body] = (values[:, :2], values[:, 2], covariance)
-    head_at, head_angle, head_covariance = smooth[markers.reference]
-    package_at, package_angle, package_covariance = smooth[markers.moving]
-    axis = {body: pose.axis_rad + float(smooth[body][1][0]) for body, pose in poses.items()}
-    head_angle, package_angle = head_angle - head_angle[0], package_angle - package_angle[0]
-    origin = head_at[0]
-    relative = rotated(package_at - head_at, -head_angle)
-    sigma = _relative_sigma(package_at - head_at, head_angle, head_covariance, package_covariance)
-    sigma[:, :2] = np.hypot(
-        sigma[:, :2],
-        _scale_error(package_at, head_at, scales[markers.moving], scales[markers.reference]),
-    )
-    return Capture(
-        frame=tracks.frame[rows],
-        time_s=time,
-        head=RigidMotion(time, head_angle, head_at - origin),
-        package=RigidMotion.of_reference_point(
-            time, package_angle, package_at - origin, package_at[0] - origin
-        ),
-        origin_mm=origin,
-        package_start_mm=package_at[0] - origin,
-        relative_mm=relative,
-        relative_rad=package_angle - head_angle,
-        sigma=sigma,
-        poses=poses,
-        smoothing=smoothing,
-        axis_rad=axis,
-        others=_other_poses(tracks, markers, world_mm, scales, rows),
-    )
-
-
-def _other_poses(
-    tracks: Tracks,
-    markers: MarkerFile,
-    world_mm: Array,
-    scales: Mapping[str, BodyScale],
-    rows: slice,
-) -> dict[str, Poses]:
-    """Return the poses of the bodies beside the two, where all their markers are known."""
-    others = {}
-    for body, names in markers.bodies.items():
-        columns = [tracks.names.index(name) for name in names]
-        complete = bool(np.isfinite(world_mm[rows][:, columns]).all())
-        if body not in (markers.reference, markers.moving) and complete:
-            others[body] = _poses_of(body, names, tracks, world_mm, scales[body], rows)
-    return others
-
-
-def _poses_of(
-    body: str,
-    names: tuple[str, ...],
-    tracks: Tracks,
-    world_mm: Array,
-    scale: BodyScale,
-    rows: slice,
-) -> Poses:
-    columns = [tracks.names.index(name) for name in names]
-    sigma = tracks.sigma_px[rows][:, columns] / scale.px_per_mm[rows, None]
-    return body_poses(body, names, world_mm[rows][:, columns], sigma)
-
-
-def _smoothed_pose(
-    time: Array,
-    pose: Poses,
-    same: Array,
-    smoothing: dict[str, Smoothed],
-    cutoff_hz: float | None,
-) -> tuple[Array, Array]:
-    """Return x, y and angle (n, 3) smoothed, and their covariance (n, 3, 3)."""
-    raw = np.column_stack([pose.position_mm, pose.angle_rad])
-    values = raw.copy()
-    ratio = np.ones_like(raw)
-    for k, name in enumerate(("x_mm", "y_mm", "theta_rad")):
-        if name == "theta_rad" and not pose.turns:
-            continue
-        stated = np.sqrt(pose.covariance[:, k, k])
-        result = smoothed(time, raw[:, k], stated, repeats=same, cutoff_hz=cutoff_hz)
-        smoothing[f"{pose.body}_{name}"] = result
-        values[:, k] = result.values
-        # Angles count from the first frame, so its error is in all of them and none in itself.
-        angle = name == "theta_rad"
-        ratio[:, k] = (result.sigma_since_first if angle else result.sigma) / stated
-    return values, pose.covariance * ratio[:, :, None] * ratio[:, None, :]
-
-
-def _relative_sigma(
-    apart: Array, head_angle: Array, head_covariance: Array, package_covariance: Array
-) -> Array:
-    """Return the standard errors (n, 3) of R(−θ)(p − e) and of the relative angle."""
-    n = head_angle.size
-    c, s = np.cos(head_angle), np.sin(head_angle)
-    back = np.zeros((n, 2, 2))
-    back[:, 0, 0], back[:, 0, 1], back[:, 1, 0], back[:, 1, 1] = c, s, -s, c
-    to_package = np.zeros((n, 3, 3))
-    to_package[:, :2, :2] = back
-    to_package[:, 2, 2] = 1.0
-    # ∂/∂θ of R(−θ) d is R(−θ) (d_y, −d_x).
-    quarter = np.stack([apart[:, 1], -apart[:, 0]], axis=1)
-    to_head = -to_package
-    to_head[:, :2, 2] = np.einsum("nij,nj->ni", back, quarter)
-    covariance = np.einsum("nij,njk,nlk->nil", to_package, package_covariance, to_package)
-    covariance += np.einsum("nij,njk,nlk->nil", to_head, head_covariance, to_head)
-    return np.asarray(np.sqrt(np.einsum("nii->ni", covariance)))
-
-
-def _scale_error(package_at: Array, head_at: Array, package: BodyScale, head: BodyScale) -> Array:
-    """Return the error (n, 2), mm, that the scales' own errors bring into p − e."""
-    if package.source == head.source:
-        return np.abs(package_at - head_at) * package.relative_sigma
-    return np.hypot(package_at * package.relative_sigma, head_at * head.relative_sigma)
+    about["rendered"] = header.get("rendered", False)
+    picture = ("picture_x_px", "picture_y_px", "picture_px_per_mm")
+    if all(key in header for key in picture):
+        x, y, scale = (header[key] for key in picture)
+        about["picture"] = PictureScale((x, y), scale)
+    return about

@@ -30,7 +30,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.motion.motion import Capture
+from geometry2d.rigid import RigidMotion
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -94,60 +94,31 @@ class LipAtRim:
     inclination_deg: float
 
 
-def lip_at_rim(motion: Capture, lip_mm: Array, rim_mm: Array) -> LipAtRim:
+def lip_at_rim(
+    head: RigidMotion, package: RigidMotion, lip_mm: Array, rim_mm: Array, mark_mm: Array
+) -> LipAtRim:
     """Return where the upper lip is at the rim, each carried along by its body.
 
     Parameters
     ----------
-    motion
-        Head and package.
-    lip_mm, rim_mm
-        (2,) and (2, 2), lower end first: positions in the first frame, mm from the head's mark.
+    head, package
+        Motions of points that are given by their places in the first frame.
+    lip_mm, rim_mm, mark_mm
+        (2,), (2, 2), lower end first, and (2,): places of the upper lip, of the rim's ends and of
+        the package's first mark in the first frame, mm from the head's mark.
     """
-    lip = motion.head.apply(lip_mm[None])[:, 0]
-    rim = motion.package.apply(rim_mm)
+    lip = head.apply(lip_mm[None])[:, 0]
+    rim = package.apply(rim_mm)
     across = rim[:, 1] - rim[:, 0]
     across /= np.hypot(*across.T)[:, None]
     inwards = np.column_stack([across[:, 1], -across[:, 0]])
     # The marks sit on the neck, inwards of the rim.
-    inwards *= np.sign(np.sum(inwards[0] * (motion.package_start_mm - rim_mm[0])))
+    inwards *= np.sign(np.sum(inwards[0] * (mark_mm - rim_mm[0])))
     return LipAtRim(
         past_mm=np.sum((lip - rim[:, 0]) * inwards, axis=1),
         outside_mm=np.sum((lip - rim[:, 1]) * across, axis=1),
         inclination_deg=float(np.degrees(np.arctan2(-inwards[0, 1], inwards[0, 0]))),
     )
-
-
-def drinking_figures(motion: Capture, *, lip: LipAtRim | None = None) -> DrinkingFigures:
-    """Return the figures of a captured motion.
-
-    Parameters
-    ----------
-    motion
-        Head and package.
-    lip
-        Where the upper lip is at the rim, if known. How far the opening points above level is taken
-        from there, or else from the standard marks, which lie across the neck; the camera is taken
-        to be level.
-    """
-    inclination_deg = _inclination_of_marks(motion) if lip is None else lip.inclination_deg
-    return figures_of(
-        motion.time_s,
-        motion.relative_mm,
-        motion.relative_rad,
-        motion.head.angle_rad,
-        inclination_deg=inclination_deg,
-        lip=lip,
-    )
-
-
-def _inclination_of_marks(motion: Capture) -> float | None:
-    """Return how far above level (deg) an opening points that faces left, square to its marks."""
-    for body, pose in motion.poses.items():
-        if pose.markers == ACROSS_THE_NECK:
-            across = np.pi / 2 - motion.axis_rad[body]
-            return float(np.degrees(np.arctan2(np.sin(across), np.cos(across))))
-    return None
 
 
 def figures_of(
@@ -173,7 +144,7 @@ def figures_of(
     inclination_deg
         How far the opening points above level in the first frame, if known.
     lip
-        As in :func:`drinking_figures`.
+        Where the upper lip is at the rim, if known.
     """
     distance = np.hypot(*relative_mm.T)
     closest = int(np.argmin(distance))

@@ -65,18 +65,18 @@ class Guide:
 
 
 @dataclass(frozen=True)
-class Motion:
+class KalmanState:
     """Expected position and velocity of a point (px, px/s) with covariance (4, 4)."""
 
     state: Array
     covariance: Array
 
     @classmethod
-    def at_rest(cls, x: float, y: float, speed: float) -> Motion:
+    def at_rest(cls, x: float, y: float, speed: float) -> KalmanState:
         """Return a point seen once, of unknown velocity up to about ``speed`` (px/s)."""
         return cls(np.array([x, y, 0.0, 0.0]), np.diag([1.0, 1.0, speed**2, speed**2]))
 
-    def after(self, interval_s: float, acceleration: float) -> Motion:
+    def after(self, interval_s: float, acceleration: float) -> KalmanState:
         """Return the prediction after ``interval_s`` with random acceleration (px/s²)."""
         dt = interval_s
         step = np.eye(4)
@@ -85,9 +85,9 @@ class Motion:
         noise = np.zeros((4, 4))
         noise[::2, ::2] = q
         noise[1::2, 1::2] = q
-        return Motion(step @ self.state, step @ self.covariance @ step.T + noise)
+        return KalmanState(step @ self.state, step @ self.covariance @ step.T + noise)
 
-    def corrected(self, x: float, y: float, covariance: Array) -> Motion:
+    def corrected(self, x: float, y: float, covariance: Array) -> KalmanState:
         """Return the estimate after the point was measured at (x, y)."""
         total = self.covariance[:2, :2] + covariance
         gain = self.covariance[:, :2] @ np.linalg.inv(total)
@@ -95,7 +95,7 @@ class Motion:
         left = np.eye(4)
         left[:, :2] -= gain
         # Joseph's form keeps the covariance positive however sure the measurement is.
-        return Motion(state, left @ self.covariance @ left.T + gain @ covariance @ gain.T)
+        return KalmanState(state, left @ self.covariance @ left.T + gain @ covariance @ gain.T)
 
     @property
     def spread_px(self) -> float:
@@ -109,7 +109,7 @@ class Follower:
 
     name: str
     body: str | None
-    motion: Motion
+    kalman: KalmanState
     look: Detection
     missing: int = 0
     seen_s: float = 0.0
@@ -131,20 +131,20 @@ class Follower:
 
     def gate_px(self, limit: float) -> float:
         """Return how far (px) from the prediction the marker may be."""
-        return min(max(GATE * self.motion.spread_px, LEAST_GATE_PX), limit)
+        return min(max(GATE * self.kalman.spread_px, LEAST_GATE_PX), limit)
 
     def pass_time(self, interval_s: float, acceleration: float) -> None:
         """Predict the motion; out of sight it slows down."""
         if self.missing:
-            state = self.motion.state.copy()
+            state = self.kalman.state.copy()
             state[2:] *= math.exp(-interval_s / REST_S)
-            self.motion = Motion(state, self.motion.covariance)
-        self.motion = self.motion.after(interval_s, acceleration)
+            self.kalman = KalmanState(state, self.kalman.covariance)
+        self.kalman = self.kalman.after(interval_s, acceleration)
 
     def take(self, found: Detection, time_s: float) -> None:
         """Accept a detection as this marker."""
         self.seen_s = time_s
-        self.motion = self.motion.corrected(found.x, found.y, found.covariance)
+        self.kalman = self.kalman.corrected(found.x, found.y, found.covariance)
         m = LOOK_MEMORY
         self.look = replace(
             found,
@@ -189,7 +189,7 @@ class Tracker:
         speed = FIRST_SPEED * self.picture[0]
         for name, found in self.starts.items():
             body = next((b for b, members in self.bodies.items() if name in members), None)
-            motion = Motion.at_rest(found.x, found.y, speed)
+            motion = KalmanState.at_rest(found.x, found.y, speed)
             self._followers[name] = Follower(name, body, motion, found)
             self._rows[name] = []
             self._ellipses[name] = []
@@ -242,10 +242,10 @@ class Tracker:
         assert guide.position_px is not None
         x, y = guide.position_px
         spread = max(guide.sigma_px, 0.01) ** 2
-        follower.motion = follower.motion.corrected(x, y, spread * np.eye(2))
-        jumped = math.hypot(follower.motion.state[0] - x, follower.motion.state[1] - y)
+        follower.kalman = follower.kalman.corrected(x, y, spread * np.eye(2))
+        jumped = math.hypot(follower.kalman.state[0] - x, follower.kalman.state[1] - y)
         if jumped > LEAST_GATE_PX:
-            follower.motion = Motion.at_rest(x, y, FIRST_SPEED * self.picture[0])
+            follower.kalman = KalmanState.at_rest(x, y, FIRST_SPEED * self.picture[0])
         if guide.status == "fixed":
             found = self.fit_near(image, (x, y), follower.look)
             if found is not None and math.hypot(found.x - x, found.y - y) < found.radius:
@@ -285,11 +285,11 @@ class Tracker:
 
     def _near_prediction(self, image: Image, follower: Follower) -> Detection | None:
         start = follower.look.parameters.copy()
-        start[:2] = follower.motion.state[:2]
+        start[:2] = follower.kalman.state[:2]
         found = refit(image, start, ring=follower.look.ring)
         if found is None or not follower.resembles(found):
             return None
-        away = math.hypot(*(np.array([found.x, found.y]) - follower.motion.state[:2]))
+        away = math.hypot(*(np.array([found.x, found.y]) - follower.kalman.state[:2]))
         return found if away <= follower.gate_px(self._limit) else None
 
     @property
@@ -335,11 +335,11 @@ class Tracker:
             for name, detection in found.items()
             if self._followers[name].body == follower.body and follower.body is not None
         ]
-        x, y = float(follower.motion.state[0]), float(follower.motion.state[1])
+        x, y = float(follower.kalman.state[0]), float(follower.kalman.state[1])
         if not mates or follower.missing == 0:
             return x, y
         shift = np.mean(
-            [[d.x - f.motion.state[0], d.y - f.motion.state[1]] for f, d in mates], axis=0
+            [[d.x - f.kalman.state[0], d.y - f.kalman.state[1]] for f, d in mates], axis=0
         )
         return x + float(shift[0]), y + float(shift[1])
 
@@ -350,7 +350,7 @@ def _each_once(
     """Return the detections with no two markers in one place: the better predicted one keeps it."""
 
     def surprise(name: str) -> float:
-        state = followers[name].motion.state
+        state = followers[name].kalman.state
         return math.hypot(found[name].x - state[0], found[name].y - state[1])
 
     kept: dict[str, Detection] = {}

@@ -10,7 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.motion.motion import Capture
+from mocap.motion.capture import Capture
+from mocap.motion.motion import Motion
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.tracks import Tracks
 from mocap.video.frames import Video
@@ -38,7 +39,7 @@ RATE_LIMIT = 1000
 def write_overlay(
     video: Video,
     tracks: Tracks,
-    motion: Capture,
+    captured: Capture,
     markers: MarkerFile,
     out: Path,
     *,
@@ -50,7 +51,7 @@ def write_overlay(
     ----------
     video
         The recording, read again from its start.
-    tracks, motion, markers
+    tracks, captured, markers
         What was measured.
     out
         The file to write; it plays in a browser.
@@ -58,7 +59,7 @@ def write_overlay(
         Called with the number of frames written.
     """
     row_of = {int(frame): i for i, frame in enumerate(tracks.frame)}
-    motion_row = {int(frame): i for i, frame in enumerate(motion.frame)}
+    motion_row = {int(frame): i for i, frame in enumerate(captured.frame)}
     last = max(row_of)
     with _Writer(out, video.info.width, video.info.height, _rate(tracks)) as writer:
         for frame in video.frames():
@@ -68,7 +69,7 @@ def write_overlay(
             if row is None:
                 continue
             picture = draw_frame(
-                frame.colour(), tracks, row, motion, motion_row.get(frame.index), markers
+                frame.colour(), tracks, row, captured.motion, motion_row.get(frame.index), markers
             )
             writer.write(picture, frame.time_s - tracks.time_s[0])
             if progress is not None:
@@ -79,7 +80,7 @@ def draw_frame(
     picture: Image,
     tracks: Tracks,
     row: int,
-    motion: Capture,
+    motion: Motion,
     motion_row: int | None,
     markers: MarkerFile,
 ) -> Image:
@@ -157,7 +158,7 @@ def _draw_panel(
     canvas: Image,
     tracks: Tracks,
     row: int,
-    motion: Capture,
+    motion: Motion,
     motion_row: int | None,
     markers: MarkerFile,
     size: float,
@@ -169,7 +170,7 @@ def _draw_panel(
         sx, sy, st = motion.sigma[motion_row]
         words = f"{markers.moving} from {markers.reference}: "
         words += f"x {x:.2f}+/-{sx:.2f}  y {y:.2f}+/-{sy:.2f} mm"
-        if motion.poses[markers.moving].turns:
+        if motion.package_body.axis_rad is not None:
             angle = np.degrees(motion.relative_rad[motion_row])
             words += f"  turn {angle:.2f}+/-{np.degrees(st):.2f} deg"
         said.append(words)

@@ -11,8 +11,8 @@ import numpy as np
 
 from geometry2d.rigid import rotated
 from mocap.measurement import Measurement
-from mocap.motion.motion import Capture, Poses
-from mocap.motion.phases import drinking_figures
+from mocap.motion.capture import Capture
+from mocap.motion.poses import Poses
 from mocap.motion.scale import BodyScale, Picture
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.tracks import Tracks
@@ -36,7 +36,7 @@ def summary(
     markers, measured, picture
         The marker file, what was measured, the picture's size.
     """
-    motion = measured.motion
+    captured, motion = measured.capture, measured.motion
     depth = depth_effect(measured, markers)
     warnings = [*video_warnings(info, timing), *_measurement_warnings(measured, markers)]
     warnings += depth.pop("warnings")
@@ -73,12 +73,13 @@ def summary(
                 "residual_rms_mm": pose.residual_rms_mm,
                 "expected_residual_mm": pose.expected_residual_mm,
             }
-            for body, pose in motion.poses.items()
+            for body, pose in captured.poses.items()
         },
         "first_frame": {
-            f"{body}_axis_deg": math.degrees(axis) for body, axis in motion.axis_rad.items()
+            f"{body.name}_axis_deg": None if body.axis_rad is None else math.degrees(body.axis_rad)
+            for body in (motion.head_body, motion.package_body)
         },
-        "other_bodies": {body: _other(pose, motion) for body, pose in motion.others.items()},
+        "other_bodies": {body: _other(pose, captured) for body, pose in captured.others.items()},
         "smoothing": {
             name: {
                 "cutoff_hz": result.cutoff_hz,
@@ -86,13 +87,13 @@ def summary(
                 "noise_found_over_stated": result.noise_factor,
                 "rate_sigma_median": float(np.median(result.rate_sigma)),
             }
-            for name, result in motion.smoothing.items()
+            for name, result in captured.smoothing.items()
         },
         "relative": {
             "moving": markers.moving,
             "reference": markers.reference,
-            "first_frame": int(motion.frame[0]),
-            "last_frame": int(motion.frame[-1]),
+            "first_frame": int(captured.frame[0]),
+            "last_frame": int(captured.frame[-1]),
             "start_x_mm": float(motion.relative_mm[0, 0]),
             "start_y_mm": float(motion.relative_mm[0, 1]),
             "range_x_mm": float(np.ptp(motion.relative_mm[:, 0])),
@@ -102,7 +103,7 @@ def summary(
             "sigma_y_mm_median": float(np.median(motion.sigma[:, 1])),
             "sigma_theta_deg_median": float(np.degrees(np.median(motion.sigma[:, 2]))),
         },
-        "drinking": drinking_figures(motion, lip=measured.lip).as_json(),
+        "drinking": motion.drinking(measured.lip).as_json(),
         "warnings": warnings,
     }
 
@@ -152,11 +153,11 @@ def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
     return report
 
 
-def _other(pose: Poses, motion: Capture) -> dict[str, Any]:
+def _other(pose: Poses, captured: Capture) -> dict[str, Any]:
     """Return whether a further body is rigid, and how far it moves as the reference sees it."""
     seen = rotated(
-        pose.position_mm - motion.poses[next(iter(motion.poses))].position_mm,
-        -motion.head.angle_rad,
+        pose.position_mm - captured.poses[captured.motion.head_body.name].position_mm,
+        -captured.motion.head_rad,
     )
     return {
         "markers": list(pose.markers),
@@ -164,7 +165,9 @@ def _other(pose: Poses, motion: Capture) -> dict[str, Any]:
         "residual_rms_mm": pose.residual_rms_mm,
         "expected_residual_mm": pose.expected_residual_mm,
         "moves_on_reference_mm": float(np.hypot(*np.ptp(seen, axis=0))),
-        "turns_on_reference_deg": float(np.degrees(np.ptp(pose.angle_rad - motion.head.angle_rad))),
+        "turns_on_reference_deg": float(
+            np.degrees(np.ptp(pose.angle_rad - captured.motion.head_rad))
+        ),
     }
 
 
@@ -209,17 +212,17 @@ def video_warnings(info: VideoInfo, timing: Timing) -> list[str]:
 
 def _measurement_warnings(measured: Measurement, markers: MarkerFile) -> list[str]:
     warnings = []
-    motion, tracks = measured.motion, measured.tracks
+    captured, tracks = measured.capture, measured.tracks
     for name in tracks.names:
         lost = int(np.sum(tracks.status[:, tracks.names.index(name)] == "lost"))
         if lost:
             warnings.append(f"{name} is lost in {lost} of {tracks.frame.size} frames")
-    if motion.frame.size < tracks.frame.size:
+    if captured.frame.size < tracks.frame.size:
         warnings.append(
-            f"the motion covers frames {motion.frame[0]} to {motion.frame[-1]} of "
+            f"the motion covers frames {captured.frame[0]} to {captured.frame[-1]} of "
             f"{tracks.frame[0]} to {tracks.frame[-1]}: elsewhere markers are missing"
         )
-    for body, pose in motion.poses.items():
+    for body, pose in captured.poses.items():
         if not pose.turns:
             warnings.append(f"{body} has one marker: its rotation is not known and taken as zero")
         if not pose.rigid:
@@ -227,7 +230,7 @@ def _measurement_warnings(measured: Measurement, markers: MarkerFile) -> list[st
                 f"{body} is not rigid: its markers miss their places by "
                 f"{pose.residual_rms_mm:.2f} mm RMS, {pose.expected_residual_mm:.2f} mm expected"
             )
-    for body, pose in motion.others.items():
+    for body, pose in captured.others.items():
         if not pose.rigid:
             warnings.append(
                 f"{body} is not rigid ({pose.residual_rms_mm:.2f} mm RMS): skin slides; it takes "

@@ -18,12 +18,9 @@ recording that fits already is therefore not moved at all.
 
 from __future__ import annotations
 
-import csv
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,6 +31,7 @@ from scipy.optimize import least_squares
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
+from mocap.motion.motion import MarkedBody, Motion
 from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import FirstContact, Placement, Scenario, ScenarioError
 from scenarios.sip.lip_model import WALLS, LipSkin
@@ -163,35 +161,36 @@ class Placed:
 
 
 def observed(scenario: Scenario, neck: NeckSection, head: HeadSection) -> Observed:
-    """Return the neck's motion in the head section from the files of `drinksim convert`.
+    """Return the neck's motion in the head section from the motion that the scenario names.
 
     How the camera stood must not matter, not even by rounding, which slip and instability
     would amplify: the motion is rounded to `ANGLE_DIGITS` and `PLACE_DIGITS`.
 
     Raises
     ------
-    ScenarioError
-        If the motion file or the summary beside it is missing or incomplete.
+    ScenarioError, MotionError
+        If there is no motion file, or it is broken, or lacks the bodies' directions.
     """
     if scenario.motion is None:
         raise ScenarioError(
             f"scenario {scenario.name!r} has no motion yet: convert its recording first"
         )
-    file = Path(scenario.motion.file)
-    axes = _recorded_axes(file.with_name("summary.json"))
-    columns = _columns(file, ("time_s", "rel_x_mm", "rel_y_mm", "rel_theta_deg"))
+    motion = Motion.read(scenario.motion.file)
+    head_axis, package_axis = (
+        _axis(body, scenario.motion.file) for body in (motion.head_body, motion.package_body)
+    )
     marks = np.asarray(neck.upper_mark) - np.asarray(neck.lower_mark)
     nose = head.landmarks["nose"] - head.landmarks["ear"]
-    head_angle = float(np.deg2rad(axes["head_axis_deg"]) - _angle(nose))
-    angle = np.deg2rad(columns["rel_theta_deg"] + axes["package_axis_deg"]) - _angle(marks)
-    position = rotated(np.column_stack([columns["rel_x_mm"], columns["rel_y_mm"]]), -head_angle)
-    motion = RigidMotion.of_reference_point(
-        columns["time_s"],
+    head_angle = head_axis - _angle(nose)
+    angle = motion.relative_rad + package_axis - _angle(marks)
+    position = rotated(motion.relative_mm, -head_angle)
+    placed = RigidMotion.of_reference_point(
+        motion.time_s,
         np.round(angle - head_angle, ANGLE_DIGITS),
         np.round(position, PLACE_DIGITS),
         np.asarray(neck.lower_mark),
     )
-    return Observed(motion, head_angle)
+    return Observed(placed, head_angle)
 
 
 def place(scenario: Scenario, neck: NeckSection, head: HeadSection, seen: Observed) -> Placed:
@@ -482,31 +481,13 @@ def _unexplained(problem: _Fit, q: Array, bound: Array, settings: Placement) -> 
     )
 
 
-def _recorded_axes(summary: Path) -> dict[str, float]:
-    wanted = ("package_axis_deg", "head_axis_deg")
-    try:
-        document = json.loads(summary.read_text(encoding="utf-8"))
-        return {name: float(document["first_frame"][name]) for name in wanted}
-    except (OSError, ValueError, KeyError, TypeError) as error:
+def _axis(body: MarkedBody, file: str) -> float:
+    if body.axis_rad is None:
         raise ScenarioError(
-            f"{summary} does not say how head and neck were turned in the first frame "
-            f"({type(error).__name__}): make motion.csv with drinksim convert and keep its "
-            "summary.json beside it"
-        ) from error
-
-
-def _columns(file: Path, names: tuple[str, ...]) -> dict[str, Array]:
-    with file.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    try:
-        columns = {name: np.array([float(row[name]) for row in rows]) for name in names}
-    except (KeyError, ValueError, TypeError) as error:
-        raise ScenarioError(
-            f"{file} is not a motion file ({error}): it needs the columns {', '.join(names)}"
-        ) from error
-    if len(rows) < 2:
-        raise ScenarioError(f"{file} holds {len(rows)} instants: a motion needs at least two")
-    return columns
+            f"{file} does not say how {body.name} was turned in the first frame: make it with "
+            f"drinksim convert, with two markers on {body.name}"
+        )
+    return body.axis_rad
 
 
 def _angle(vector: Array) -> float:

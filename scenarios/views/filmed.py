@@ -11,16 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
-from geometry2d.rigid import RigidMotion
+from mocap.motion.motion import Motion
+from mocap.motion.picture import PictureScale
 from mocap.tracking.tracks import read_tracks
 from mocap.video.frames import Video
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
-
-HEAD_COLUMNS = ("head_x_mm", "head_y_mm", "head_theta_deg")
-PACKAGE_COLUMNS = ("package_x_mm", "package_y_mm", "package_theta_deg")
-
 
 SHOWN_SHARE = 0.85
 """How much of the recording's height is shown where the mouth's place in it is known."""
@@ -28,18 +25,6 @@ SHOWN_SHARE = 0.85
 
 class FilmedError(DrinksimError):
     """A run lacks what its recording would have supplied."""
-
-
-@dataclass(frozen=True)
-class PictureScale:
-    """Where a point of the world is in the picture: ``px = origin + px_per_mm · (x, −y)``."""
-
-    origin_px: tuple[float, float]
-    px_per_mm: float
-
-    def pixels(self, points_mm: Array) -> Array:
-        """Return (n, 2) px, y down, of world points (n, 2), mm, y up."""
-        return np.asarray(self.origin_px) + self.px_per_mm * points_mm * [1.0, -1.0]
 
 
 @dataclass(frozen=True)
@@ -89,39 +74,21 @@ class Crop:
         )
 
 
-def read_pose(motion_file: Path, columns: tuple[str, str, str]) -> RigidMotion:
-    """Return one body's motion (its x, y and angle columns) of a ``motion.csv``."""
-    try:
-        with motion_file.open(encoding="utf-8") as stream:
-            names = stream.readline().strip().split(",")
-            rows = np.genfromtxt(stream, delimiter=",", ndmin=2)
-    except FileNotFoundError:
-        raise FilmedError(f"no motion file {motion_file}") from None
-    except ValueError as error:
-        raise FilmedError(f"{motion_file} is not a table of numbers: {error}") from None
-    wanted = ("time_s", *columns)
-    missing = [name for name in wanted if name not in names]
-    if missing:
-        raise FilmedError(f"{motion_file}: column {missing[0]} is missing")
-    time, x, y, angle = (rows[:, names.index(name)] for name in wanted)
-    known = np.isfinite(x) & np.isfinite(y) & np.isfinite(angle)
-    return RigidMotion(time[known], np.radians(angle[known]), np.column_stack([x, y])[known])
+def picture_scale(motion: Motion, tracks_file: Path) -> PictureScale | None:
+    """Return where the world is in the picture: as the motion says, or else fitted to the tracks.
 
-
-def picture_scale(tracks_file: Path, motion_file: Path) -> PictureScale:
-    """Return the scale at the package's depth, by least squares from its tracked lower mark."""
+    None if neither the motion nor tracks say it.
+    """
+    if motion.picture is not None or not tracks_file.is_file():
+        return motion.picture
     tracks = read_tracks(tracks_file)
-    marker = "package_lower"
+    marker = (*motion.package_body.markers, "package_lower")[0]
     if marker not in tracks.names:
         raise FilmedError(f"{tracks_file}: no marker {marker}")
     known = tracks.known(marker)
-    pixels = tracks.of(marker)[0][known]
-    motion = read_pose(motion_file, PACKAGE_COLUMNS)
-    places = np.array([motion.at(float(t)).shift_mm for t in tracks.time_s[known]]) * [1.0, -1.0]
-    about = places - places.mean(axis=0)
-    scale = float((about * (pixels - pixels.mean(axis=0))).sum() / (about**2).sum())
-    origin = pixels.mean(axis=0) - scale * places.mean(axis=0)
-    return PictureScale((float(origin[0]), float(origin[1])), scale)
+    start = motion.package_mm[0]
+    places = [motion.package.at(float(t)).apply(start) for t in tracks.time_s[known]]
+    return PictureScale.fitted(tracks.of(marker)[0][known], np.array(places))
 
 
 def pictures_at(video: Path, times_s: Iterable[float]) -> Iterator[Image]:

@@ -11,19 +11,13 @@ from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidMotion
+from mocap.motion.motion import Motion
+from mocap.motion.picture import PictureScale
 from mocap.tracking.markers import read_markers
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import Recording, read_scenario
 from scenarios.settings.tables import nearest
-from scenarios.views.filmed import (
-    HEAD_COLUMNS,
-    Crop,
-    Image,
-    PictureScale,
-    picture_scale,
-    pictures_at,
-    read_pose,
-)
+from scenarios.views.filmed import Crop, Image, picture_scale, pictures_at
 from scenarios.views.scene import SHOWN, Shown, colour_limits, touched_points
 
 Array = NDArray[np.float64]
@@ -75,17 +69,17 @@ class RunView:
                 f"scenario {scenario.name!r} of {run} has no recording: leave out --beside-video"
             )
         recording = scenario.recording if beside_video else None
-        tracks, motion = run / "motion" / "tracks.csv", run / "motion" / "motion.csv"
+        motion = Motion.read(run / "motion" / "motion.csv")
         shown = SHOWN[field]
         return cls(
             name=scenario.name,
             solution=solution,
-            head=read_pose(motion, HEAD_COLUMNS),
+            head=motion.head,
             shown=shown,
             limits=colour_limits(solution, shown),
             recording=recording,
             rendered=recording is not None and read_markers(recording.markers).rendered,
-            scale=picture_scale(tracks, motion) if recording and tracks.is_file() else None,
+            scale=picture_scale(motion, run / "motion" / "tracks.csv") if recording else None,
         )
 
     @property

@@ -1,13 +1,13 @@
 """What a replay says does not depend on how the camera stood: the world turned gives the same."""
 
-import csv
-import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from geometry2d.rigid import rotated
+from mocap.motion.motion import MarkedBody, Motion
 from scenarios.results.increment import Increment
 from scenarios.settings.scenario import read_scenario
 from scenarios.sip.replay import replay
@@ -29,21 +29,18 @@ def motion(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def turned(motion: Path, angle_deg: float, folder: Path) -> Path:
     """The motion as a camera turned by ``-angle_deg`` would have measured it."""
+    straight, by = Motion.read(motion), np.deg2rad(angle_deg)
+
+    def body(marked: MarkedBody) -> MarkedBody:
+        return replace(marked, axis_rad=marked.axis_rad + by)
+
     folder.mkdir()
-    with motion.open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    for row in rows:
-        place = np.array([[float(row["rel_x_mm"]), float(row["rel_y_mm"])]])
-        x, y = rotated(place, np.deg2rad(angle_deg))[0]
-        row["rel_x_mm"], row["rel_y_mm"] = repr(float(x)), repr(float(y))
-    with (folder / "motion.csv").open("w", newline="") as stream:
-        writer = csv.DictWriter(stream, rows[0].keys())
-        writer.writeheader()
-        writer.writerows(rows)
-    summary = json.loads(motion.with_name("summary.json").read_text())
-    for axis in summary["first_frame"]:
-        summary["first_frame"][axis] += angle_deg
-    (folder / "summary.json").write_text(json.dumps(summary))
+    straight.with_(
+        relative_mm=rotated(straight.relative_mm, by),
+        head_mm=rotated(straight.head_mm, by),
+        head_body=body(straight.head_body),
+        package_body=body(straight.package_body),
+    ).write(folder / "motion.csv", decimals=15)
     return folder / "motion.csv"
 
 

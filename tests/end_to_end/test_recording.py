@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap.convert import ConvertResult, OutputError, convert, measure
+from mocap.convert import ConvertResult, OutputError, convert
 from mocap.formats.exchange import read_positions
-from mocap.motion.phases import drinking_figures
+from mocap.measurement import measure
+from mocap.motion.motion import Motion
 from mocap.motion.scale import Picture
 from mocap.tracking.follow import follow
 from mocap.tracking.link import TrackingError
@@ -61,9 +62,7 @@ def ball(
 
 
 def columns(path: Path) -> dict[str, np.ndarray]:
-    with path.open(encoding="utf-8") as handle:
-        rows = list(csv.DictReader(handle))
-    return {key: np.array([float(row[key]) for row in rows]) for key in rows[0]}
+    return Motion.read(path).columns()
 
 
 def test_markers_of_the_sip_are_tracked_to_a_tenth_of_a_pixel(sip: ConvertResult) -> None:
@@ -127,7 +126,7 @@ def test_the_style_of_the_other_recordings(name: str, style: str) -> None:
     markers, film = read_markers(folder / "markers.toml"), Video(folder / "recording.mp4")
     tracks = with_noise_in_time(follow(film, markers), key_frames=film.key_frames).bridged()
     measured = measure(tracks, markers, Picture(film.info.width, film.info.height))
-    found = drinking_figures(measured.motion, lip=measured.lip)
+    found = measured.motion.drinking(measured.lip)
     assert found.style == style
     assert 14 < abs(found.neck_tilt_deg) < found.package_tilt_deg < 60
 
@@ -169,7 +168,7 @@ def test_the_ball_agrees_with_the_independent_record(
     The record's origin was placed by hand, so a constant shift between the two means nothing.
     """
     record = np.loadtxt(recorded("projectile/massa_A.txt"), skiprows=2)
-    row = {int(frame): i for i, frame in enumerate(ball.motion.frame)}
+    row = {int(frame): i for i, frame in enumerate(ball.measured.capture.frame)}
     k = np.arange(6, len(record))
     ours = ball.motion.relative_mm[[row[i + 2] for i in k]]
     apart = ours - 1000 * record[k, 1:]

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry2d.rigid import rotated
-from mocap.motion.motion import body_poses
+from mocap.motion.poses import body_poses
 from mocap.motion.scale import (
     BodyScale,
     Picture,

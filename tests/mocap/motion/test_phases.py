@@ -13,8 +13,8 @@ import pytest
 from geometry2d.rigid import rotated
 from mocap.formats.exchange import read_positions
 from mocap.formats.marker_table import plane_positions
-from mocap.motion.motion import Poses, body_poses
 from mocap.motion.phases import PHASES, LipAtRim, figures_of, sips_of
+from mocap.motion.poses import Poses, body_poses
 
 LIBRARY = Path(__file__).parents[3] / "scenarios" / "library"
 # cm, x forwards, y up; a head with an eye 8 cm in front, and a hand with a finger.

@@ -12,7 +12,7 @@ import pytest
 
 from mocap.convert import convert, given_tracks
 from mocap.measurement import Measurement, measure
-from mocap.motion.motion import MotionError
+from mocap.motion.errors import MotionError
 from mocap.motion.scale import Picture
 from mocap.synthetic.rendering import Truth, write_recording
 from mocap.tracking.follow import follow
@@ -21,7 +21,6 @@ from mocap.tracking.markers import MarkerFileError, read_markers
 from mocap.tracking.noise import with_noise_in_time
 from mocap.tracking.tracks import Tracks, TracksError, read_tracks
 from mocap.video.frames import Video
-from mocap.views.chart import motion_figure
 from mocap.views.overlay import draw_frame
 from mocap.views.summary import depth_effect
 from tests.support.clips import Clip
@@ -236,7 +235,7 @@ def test_points_for_some_frames_only_are_honoured_and_filled_in_between(tmp_path
 def test_the_picture_of_the_motion_shows_its_uncertainty_as_a_band() -> None:
     _, measured, _ = tracked(SMALL)
     motion = measured.motion
-    axes = motion_figure(motion, rendered=True).axes
+    axes = motion.plot().axes
     curves = [*motion.relative_mm.T, np.degrees(motion.relative_rad)]
     sigmas = [*motion.sigma[:, :2].T, np.degrees(motion.sigma[:, 2])]
     for panel, strip, curve, sigma in zip(axes[::2], axes[1::2], curves, sigmas, strict=True):
@@ -356,7 +355,7 @@ def test_a_marker_that_never_returns_ends_the_motion() -> None:
     clip = replace(SMALL, seed=8, frames=30, occluded=(0.8, 9.0))
     tracks, measured, _ = tracked(clip)
     assert tracks.status[-1, tracks.names.index("nose")] == "lost"
-    assert measured.motion.frame[-1] == 19
+    assert measured.capture.frame[-1] == 19
     lost = replace_all_lost(tracks)
     with pytest.raises(MotionError, match=r"no frame in which both bodies.*never seen"):
         markers = read_markers(drawn(clip)[1])
@@ -372,6 +371,6 @@ def replace_all_lost(tracks: Tracks) -> Tracks:
 
 
 def measure_motion_only(tracks: Tracks, markers) -> None:  # type: ignore[no-untyped-def]
-    from mocap.motion.motion import usable_rows
+    from mocap.motion.poses import usable_rows
 
     usable_rows(tracks, markers)

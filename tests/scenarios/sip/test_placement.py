@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -13,6 +11,7 @@ import pytest
 
 from geometry2d.anatomy.head import head_section
 from geometry2d.rigid import rotated
+from mocap.motion.motion import MarkedBody, Motion
 from scenarios.recordings.rendering import script_of
 from scenarios.results.messages import placement_message
 from scenarios.results.quantities import LIPS
@@ -156,16 +155,14 @@ def test_the_smallest_shift_is_taken_and_what_nothing_fixes_is_said():
 def recorded(folder: Path, turn_deg: float) -> Observed:
     """What is read of A38-F's true motion, had the camera been turned by ``-turn_deg``."""
     folder.mkdir()
-    truth = LIBRARY / "A38-F" / "truth_motion.csv"
-    with truth.open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    with (folder / "motion.csv").open("w") as stream:
-        stream.write("time_s,rel_x_mm,rel_y_mm,rel_theta_deg\n")
-        for row in rows:
-            x, y = rotated([float(row["rel_x_mm"]), float(row["rel_y_mm"])], np.deg2rad(turn_deg))
-            stream.write(f"{row['time_s']},{x:.17g},{y:.17g},{row['rel_theta_deg']}\n")
-    axes = {"head_axis_deg": 12.3 + turn_deg, "package_axis_deg": 125.8 + turn_deg}
-    (folder / "summary.json").write_text(json.dumps({"first_frame": axes}))
+    truth, by = Motion.read(LIBRARY / "A38-F" / "truth_motion.csv"), np.deg2rad(turn_deg)
+    Motion.of(
+        truth.time_s,
+        rotated(truth.relative_mm, by),
+        truth.relative_rad,
+        head_body=MarkedBody("head", axis_rad=np.deg2rad(12.3) + by),
+        package_body=MarkedBody("package", axis_rad=np.deg2rad(125.8) + by),
+    ).write(folder / "motion.csv", decimals=15)
     scenario = read_scenario("A38-F").with_motion(folder / "motion.csv")
     return observed(scenario, scenario.package.section(), scenario.head_section())
 
@@ -178,6 +175,13 @@ def test_how_the_camera_stood_does_not_matter_to_the_last_bit(turn_deg, tmp_path
     assert np.array_equal(straight.neck.shift_mm, turned.neck.shift_mm)
     by = np.rad2deg(turned.head_angle_rad - straight.head_angle_rad)
     assert by == pytest.approx(turn_deg)
+
+
+def test_a_motion_that_does_not_say_how_the_head_was_turned_is_refused(tmp_path):
+    truth = LIBRARY / "A38-F" / "truth_motion.csv"
+    scenario = read_scenario("A38-F").with_motion(truth)
+    with pytest.raises(ScenarioError, match=r"how head was turned in the first frame.*two markers"):
+        observed(scenario, scenario.package.section(), scenario.head_section())
 
 
 def test_what_cannot_be_explained_within_the_bounds_is_said():

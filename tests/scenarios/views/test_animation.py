@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import av
@@ -12,17 +13,12 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from geometry2d.rigid import RigidPlacement
+from mocap.motion.errors import MotionError
+from mocap.motion.motion import Motion
 from scenarios.results.increment import SectionModel, SolutionError
 from scenarios.results.solution import Solution
 from scenarios.views.animation import animate, film_frames, film_times, telling_times
-from scenarios.views.filmed import (
-    HEAD_COLUMNS,
-    Crop,
-    FilmedError,
-    picture_scale,
-    pictures_at,
-    read_pose,
-)
+from scenarios.views.filmed import Crop, picture_scale, pictures_at
 from scenarios.views.plots import imprint, plot_histories, plot_imprint
 from scenarios.views.run_view import RunView, RunViewError
 from scenarios.views.scene import SHOWN, SectionArtists, boundary_loops, colour_limits
@@ -176,7 +172,8 @@ def test_colours_end_at_round_numbers_above_what_occurs(run_directory: Path) -> 
 
 def test_the_picture_scale_is_found_from_the_tracks(run_directory: Path) -> None:
     folder = run_directory / "motion"
-    scale = picture_scale(folder / "tracks.csv", folder / "motion.csv")
+    scale = picture_scale(Motion.read(folder / "motion.csv"), folder / "tracks.csv")
+    assert scale is not None
     assert scale.px_per_mm == pytest.approx(PICTURE_SCALE, rel=1e-4)
     np.testing.assert_allclose(scale.pixels(np.zeros((1, 2)))[0], PICTURE_ORIGIN, atol=0.02)
 
@@ -203,14 +200,17 @@ def test_pictures_are_those_nearest_in_time(run_directory: Path) -> None:
     np.testing.assert_allclose(red, [40, 44, 120, 120, 196], atol=4)
 
 
-def test_a_motion_file_without_the_head_is_refused(tmp_path: Path) -> None:
-    file = tmp_path / "motion.csv"
-    file.write_text("time_s,rel_x_mm\n0,1\n")
-    with pytest.raises(FilmedError, match="column head_x_mm is missing"):
-        read_pose(file, HEAD_COLUMNS)
-    file.write_text("time_s,head_x_mm\n0,1\n0,1,2\n")
-    with pytest.raises(FilmedError, match="is not a table of numbers"):
-        read_pose(file, HEAD_COLUMNS)
+def test_a_motion_without_the_head_in_the_world_is_refused(
+    run_directory: Path, tmp_path: Path
+) -> None:
+    run = tmp_path / "run"
+    shutil.copytree(run_directory, run)
+    motion = Motion.read(run / "motion" / "motion.csv")
+    Motion.of(motion.time_s, motion.relative_mm, motion.relative_rad).write(
+        run / "motion" / "motion.csv"
+    )
+    with pytest.raises(MotionError, match="no place of the head in the world"):
+        RunView.of(run, field="von_mises_mpa", beside_video=False)
 
 
 def test_the_imprint_is_the_pressure_along_the_neck(run_directory: Path) -> None:
