@@ -6,10 +6,15 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from scenarios.results.quantities import LIPS
 from scenarios.results.verdict import FAILURE, PAIN, Verdict
 
 CRUSHED_MM = 0.1
 """Penetration that no pressure a lip can carry explains: some 5 MPa."""
+
+FELT_CONTRAST = 0.1
+"""From here on crests are said to be felt: pressures on skin are told apart from about 10 % on, an
+estimate after Weber's law."""
 
 
 def ending(
@@ -110,6 +115,27 @@ def peaks_message(summary: Mapping[str, Any]) -> str:
         f"upper lip, {summary['lower_lip_window_kpa']:.0f} kPa on the lower lip; in the dermis log "
         f"strain {summary['dermis_min_log_strain']:.2f} to {summary['dermis_max_log_strain']:.2f}, "
         f"von Mises stress to {summary['dermis_max_mises_kpa']:.0f} kPa"
+    )
+
+
+def felt_message(summary: Mapping[str, Any]) -> str:
+    """Return what each lip feels, from a run's summary."""
+    return " ".join(_felt_by(lip, summary) for lip in LIPS)
+
+
+def _felt_by(lip: str, summary: Mapping[str, Any]) -> str:
+    peak = summary[f"{lip}_lip_window_1_5mm_kpa"]
+    if peak <= 0.0:
+        return f"The {lip} lip feels nothing."
+    mean, contrast = summary[f"{lip}_lip_mean_kpa"], summary[f"{lip}_lip_crest_contrast"]
+    crests = (
+        f"crests stand out of it by up to {100 * contrast:.0f} %, and are felt one by one"
+        if contrast >= FELT_CONTRAST
+        else f"crests hardly stand out of it ({100 * contrast:.0f} % at most)"
+    )
+    return (
+        f"The {lip} lip feels up to {peak:.0f} kPa over the 1.5 mm that it resolves, and "
+        f"{mean:.0f} kPa on average where it is touched; {crests}."
     )
 
 

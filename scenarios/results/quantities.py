@@ -44,6 +44,16 @@ HISTORY = (
     Quantity("lower_lip_force_y_n", "N", "force of the lower lip on the neck, up"),
     Quantity("newton_iterations", "", "iterations of this increment, rejected trials included"),
     Quantity("cutbacks", "", "times this increment was cut back"),
+    Quantity("upper_lip_force_n", "N", "size of the upper lip's force on the neck"),
+    Quantity("lower_lip_force_n", "N", "size of the lower lip's force on the neck"),
+    Quantity("upper_lip_mean_kpa", "kPa", "mean pressure over the touched length"),
+    Quantity("lower_lip_mean_kpa", "kPa", "mean pressure over the touched length"),
+    Quantity("upper_lip_window_1mm_kpa", "kPa", "highest mean pressure over 1 mm"),
+    Quantity("lower_lip_window_1mm_kpa", "kPa", "highest mean pressure over 1 mm"),
+    Quantity("upper_lip_window_1_5mm_kpa", "kPa", "highest mean pressure over 1.5 mm"),
+    Quantity("lower_lip_window_1_5mm_kpa", "kPa", "highest mean pressure over 1.5 mm"),
+    Quantity("upper_lip_crest_contrast", "", "how much crests stand out of the pressure, 0 to 1"),
+    Quantity("lower_lip_crest_contrast", "", "how much crests stand out of the pressure, 0 to 1"),
 )
 """The columns of history.csv, in order."""
 

@@ -15,11 +15,13 @@ from fem2d.solvers.model import System
 from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.stability import Instability, Passage
 from geometry2d.rigid import UNMOVED
-from scenarios.results.quantities import HISTORY
+from scenarios.results.quantities import HISTORY, LIPS
 
 Array = NDArray[np.float64]
 
 SUMMARY_FILE = "summary.json"
+COMPARED = ("_kpa", "_contact_mm", "_lip_force_n", "_crest_contrast")
+"""How the names of columns end whose peaks tell runs apart, beside those of the dermis."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,7 @@ def run_summary(
         "sentence": message,
         "increments": len(rows),
         **peaks(rows),
+        **impulses(rows),
         "newton_iterations": int(sum(row["newton_iterations"] for row in rows)),
         "cutbacks": int(sum(row["cutbacks"] for row in rows)),
         "wall_s": round(wall_s, 2),
@@ -136,9 +139,20 @@ def peaks(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
     compared = [
         quantity.name
         for quantity in HISTORY
-        if quantity.name.startswith("dermis") or quantity.name.endswith(("_kpa", "_contact_mm"))
+        if quantity.name.startswith("dermis") or quantity.name.endswith(COMPARED)
     ]
     return {
         name: min(row[name] for row in rows) if name in smallest else max(row[name] for row in rows)
         for name in compared
+    }
+
+
+def impulses(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Return the time integral of each lip's force over a run, N s, linear between increments."""
+    time_s = [row["time_s"] for row in rows]
+    return {
+        f"{lip}_lip_impulse_ns": float(
+            np.trapezoid([row[f"{lip}_lip_force_n"] for row in rows], time_s)
+        )
+        for lip in LIPS
     }

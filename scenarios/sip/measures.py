@@ -17,6 +17,7 @@ from geometry2d.rigid import rotated
 from scenarios.results.increment import ContactField, Measured
 from scenarios.results.quantities import LIPS
 from scenarios.sip.contact_line import ContactLine, recovered_traction
+from scenarios.sip.felt import Felt
 from scenarios.sip.lip_model import Lips
 
 Array = NDArray[np.float64]
@@ -106,12 +107,18 @@ class LipMeasures:
     def _lip_history(self, lip: str, commit: Commit) -> dict[str, float]:
         line = self._contact_line(lip, commit)
         force = self.in_head_frame(self._force_on_neck(lip, commit))
+        felt = Felt.of(line)
         return {
             f"{lip}_lip_pressure_kpa": 1e3 * line.top_two_edges(),
             f"{lip}_lip_window_kpa": 1e3 * line.highest_window(),
-            f"{lip}_lip_contact_mm": line.contact_length(),
+            f"{lip}_lip_contact_mm": felt.touched_mm,
             f"{lip}_lip_force_x_n": float(force[0]),
             f"{lip}_lip_force_y_n": float(force[1]),
+            f"{lip}_lip_force_n": float(np.hypot(*force)),
+            f"{lip}_lip_mean_kpa": 1e3 * felt.mean_mpa,
+            f"{lip}_lip_window_1mm_kpa": 1e3 * felt.peak_1mm_mpa,
+            f"{lip}_lip_window_1_5mm_kpa": 1e3 * felt.peak_1_5mm_mpa,
+            f"{lip}_lip_crest_contrast": felt.crest_contrast,
         }
 
     def _on_neck(self, lip: str, commit: Commit) -> list[tuple[RigidContact, ContactResponse]]:

@@ -9,7 +9,7 @@ import numpy as np
 from geometry2d.rigid import RigidPlacement
 from mocap.synthetic.rendering import write_recording
 from scenarios.results.increment import ContactField, Increment, SectionModel
-from scenarios.results.quantities import HISTORY
+from scenarios.results.quantities import HISTORY, LIPS
 
 UPPER_MOUTH = np.array([104.0, -26.0])
 LOWER_MOUTH = np.array([102.0, -38.0])
@@ -122,6 +122,7 @@ def small_increment(model: SectionModel, index: int, count: int) -> Increment:
         "cutbacks",
     )
     history = {q.name: 60.0 * press for q in HISTORY if q.name not in derived}
+    history |= {f"{lip}_lip_crest_contrast": 0.4 * press for lip in LIPS}
     history["dermis_min_log_strain"] = -0.4 * press
     history["dermis_max_log_strain"] = 0.2 * press
     history["lower_lip_pressure_kpa"] = 25.0 * press

@@ -23,7 +23,7 @@ from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import check_writable, file_at_once
 from geometry2d.foundation.progress import Progress
 from geometry2d.neck import NeckSection
-from scenarios.results.messages import verdict_message
+from scenarios.results.messages import felt_message, verdict_message
 from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution
 from scenarios.results.verdict import FAILURE, PAIN, Threshold, Verdict
@@ -213,7 +213,11 @@ def _header(runs: Sequence[Reported]) -> Markup:
 def _summary(runs: Sequence[Reported]) -> Markup:
     cards = []
     for run in runs:
-        parts = [tag("h3", run.label), tag("p", verdict_message(run.verdict))]
+        parts = [
+            tag("h3", run.label),
+            tag("p", verdict_message(run.verdict)),
+            tag("p", felt_message(run.solution.summary)),
+        ]
         if not run.solution.summary["finished"]:
             said = f"The run is not complete: {run.solution.summary['sentence']}"
             parts.insert(1, tag("p", said, class_="warning"))
@@ -330,6 +334,16 @@ ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
                 "highest mean of two surface elements", "kPa", "{lip}_lip_pressure_kpa", "{:.1f}"
             ),
             *_both_lips("longest contact", "mm", "{lip}_lip_contact_mm", "{:.2f}"),
+            *_both_lips(
+                "highest pressure over 1.5 mm of lip", "kPa", "{lip}_lip_window_1_5mm_kpa", "{:.1f}"
+            ),
+            *_both_lips(
+                "highest mean pressure where touched", "kPa", "{lip}_lip_mean_kpa", "{:.1f}"
+            ),
+            *_both_lips(
+                "how much crests stand out, 0 to 1", "", "{lip}_lip_crest_contrast", "{:.2f}"
+            ),
+            *_both_lips("impulse", "N s", "{lip}_lip_impulse_ns", "{:.3f}"),
             Row("most pressed, upper wall", "", lambda run: run.most_pressed("upper")),
             Row("most pressed, lower wall", "", lambda run: run.most_pressed("lower")),
             Row("contact lasts", "s", lambda run: f"{run.touched_s:.2f}"),

@@ -10,6 +10,7 @@ from scenarios.results.messages import (
     caught_message,
     crushed_message,
     ending,
+    felt_message,
     muscle_message,
     peaks_message,
     placement_message,
@@ -108,3 +109,22 @@ def test_the_pressure_that_headlines_is_the_window_measure() -> None:
         "dermis_max_mises_kpa": 50.0,
     }
     assert "60 kPa on the upper lip, 25 kPa on the lower lip" in peaks_message(summary)
+
+
+def test_what_a_lip_feels_is_said_for_each_lip() -> None:
+    summary = {
+        "upper_lip_window_1_5mm_kpa": 61.6,
+        "upper_lip_mean_kpa": 29.7,
+        "upper_lip_crest_contrast": 0.453,
+        "lower_lip_window_1_5mm_kpa": 18.0,
+        "lower_lip_mean_kpa": 9.0,
+        "lower_lip_crest_contrast": 0.03,
+    }
+    upper, lower = felt_message(summary).split(". ")
+    assert upper == (
+        "The upper lip feels up to 62 kPa over the 1.5 mm that it resolves, and 30 kPa on average "
+        "where it is touched; crests stand out of it by up to 45 %, and are felt one by one"
+    )
+    assert "crests hardly stand out of it (3 % at most)." in lower
+    nothing = felt_message(summary | {"lower_lip_window_1_5mm_kpa": 0.0})
+    assert nothing.endswith("The lower lip feels nothing.")

@@ -101,6 +101,11 @@ def test_the_files_carry_columns_units_and_peaks(run_directory: Path) -> None:
     assert summary["finished"] is True
     assert summary["upper_lip_pressure_kpa"] == pytest.approx(60.0)
     assert summary["dermis_min_log_strain"] == pytest.approx(-0.4)
+    assert summary["upper_lip_crest_contrast"] == pytest.approx(0.4)
+    history = Solution.load(run_directory)["upper_lip_force_n"]
+    impulse = np.trapezoid(history.values, history.time_s)
+    assert impulse > 1.0
+    assert summary["upper_lip_impulse_ns"] == pytest.approx(impulse, rel=1e-6)
     with h5py.File(run_directory / "fields.h5") as store:
         assert store["element/von_mises_mpa"].attrs["unit"] == "MPa"
         assert store["increments/displacement"].shape[0] == 11
