@@ -74,19 +74,18 @@ def drawn(rng: np.random.Generator, resolution: str) -> tuple[Scenario, list[str
         return scenario, texts
 
 
-def strayed(motion: Path, out: Path, rng: np.random.Generator) -> Path:
+def strayed(motion: Motion, out: Path, rng: np.random.Generator) -> Path:
     """Write a copy of a motion that strays from the path, and return it."""
     out.mkdir()
-    straight = Motion.read(motion)
     strays = []
     for most in (1.0, 1.0, np.radians(2.0)):
         amplitude = rng.uniform(-most, most, 3) / 3
         frequency_hz, phase = rng.uniform(0.2, 2.0, 3), rng.uniform(0.0, 2 * np.pi, 3)
-        waves = amplitude * np.sin(2 * np.pi * frequency_hz * straight.time_s[:, None] + phase)
+        waves = amplitude * np.sin(2 * np.pi * frequency_hz * motion.time_s[:, None] + phase)
         strays.append(waves.sum(axis=1))
-    straight.with_(
-        relative_mm=straight.relative_mm + np.column_stack(strays[:2]),
-        relative_rad=straight.relative_rad + strays[2],
+    motion.with_(
+        relative_mm=motion.relative_mm + np.column_stack(strays[:2]),
+        relative_rad=motion.relative_rad + strays[2],
     ).write(out / "motion.csv", decimals=15)
     return out / "motion.csv"
 
@@ -105,14 +104,13 @@ def main() -> None:
     print("|" + "---|" * 9)
     totals = np.zeros(3, int)
     with tempfile.TemporaryDirectory() as scratch:
-        motions: dict[str, Path] = {}
+        motions: dict[str, Motion] = {}
         for seed in range(options.first_seed, options.first_seed + options.count):
             rng = np.random.default_rng(seed)
             scenario, settings = drawn(rng, options.resolution)
             if scenario.name not in motions and scenario.recording is not None:
-                out = Path(scratch) / scenario.name
-                convert(Path(scenario.recording.video), Path(scenario.recording.markers), out)
-                motions[scenario.name] = out / "motion.csv"
+                recording = scenario.recording
+                motions[scenario.name] = convert(recording.video, recording.markers).motion
             motion = strayed(motions[scenario.name], Path(scratch) / f"seed-{seed}", rng)
             costs: list[tuple[int, int]] = []
 

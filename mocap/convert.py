@@ -1,17 +1,15 @@
-"""A video with a marker file becomes tracks, rigid motions, tables and an overlay."""
+"""From a video and its marker file to tracks, scales and rigid motions, with their errors."""
 
 from __future__ import annotations
 
-import os
-import shutil
-from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.output import RESULT_MARK, check_replaceable, directory_at_once
+from geometry2d.foundation.progress import ProgressOption, chosen_progress, part_of
 from geometry2d.foundation.settings import setting
 from mocap.formats.boundary import write_boundary_conditions
 from mocap.formats.c3d import write_c3d
@@ -19,7 +17,7 @@ from mocap.formats.exchange import motion_table, read_positions, tracks_from
 from mocap.formats.trc import write_trc
 from mocap.measurement import Measurement, measure
 from mocap.motion.motion import Motion
-from mocap.motion.scale import Picture
+from mocap.motion.scale import BodyScale, Picture
 from mocap.tracking.follow import follow
 from mocap.tracking.markers import MarkerFile, read_markers
 from mocap.tracking.noise import with_noise_in_time
@@ -28,14 +26,8 @@ from mocap.video.frames import Video
 from mocap.views.overlay import write_overlay
 from mocap.views.summary import summary, write_summary
 
-# Called with what is being done, how much of it is done and how much there is (0: not known).
-Progress = Callable[[str, int, int], None]
-
-MARK_OF_A_RESULT = "summary.json"
-
-
-class OutputError(DrinksimError):
-    """A folder that results cannot be written to."""
+TRACKING_SHARE = 0.7
+"""Share of the time that tracking takes where the files are written too."""
 
 
 @dataclass(frozen=True)
@@ -60,82 +52,146 @@ class ConvertOptions:
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ConvertResult:
-    """What a conversion found; ``out`` is the folder that holds it.
+    """What a video and its marker file give, in memory; :func:`write_conversion` writes it.
 
-    ``motion`` is the motion as its file holds it, ``measured`` all that it rests on.
+    Attributes
+    ----------
+    motion
+        Head, package, and the package seen from the head, with standard errors, as ``motion.csv``
+        holds them.
+    measured
+        Tracks, scales, and the motion before it was rounded to the decimals of its file.
+    summary
+        What ``summary.json`` holds.
+    video, fps, markers
+        The recording, the rate at which its camera captured if that was given, and the marker file.
     """
 
-    out: Path
     motion: Motion
     measured: Measurement
     summary: dict[str, Any]
+    video: Path
+    fps: float | None
+    markers: MarkerFile
 
     @property
     def tracks(self) -> Tracks:
-        """The tracks of all markers."""
+        """Positions of all markers in the picture, frame by frame."""
         return self.measured.tracks
+
+    @property
+    def scales(self) -> dict[str, BodyScale]:
+        """The scale of each body, by its name."""
+        return self.measured.scales
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader must know of the recording and of what was measured in it."""
+        return tuple(self.summary["warnings"])
+
+    def __repr__(self) -> str:
+        warnings = f"{len(self.warnings)} warnings"
+        return f"ConvertResult({self.video.name}, {len(self.tracks.names)} markers, {warnings})"
 
 
 def convert(
     video: Path | str,
     markers: Path | str,
-    out: Path | str,
     *,
+    out: Path | str | None = None,
     start_s: float | None = None,
     end_s: float | None = None,
     tracks: Path | str | None = None,
     fps: float | None = None,
-    progress: Progress | None = None,
+    progress: ProgressOption = None,
 ) -> ConvertResult:
-    """Track the markers of a video and write their rigid motions to a folder.
+    """Track the markers of a video and return their rigid motions.
 
     Parameters
     ----------
-    video, markers, out
-        The recording, its marker file, and the folder to write; a former result there is replaced.
+    video, markers
+        The recording and its marker file.
+    out
+        A directory to write with :func:`write_conversion`; None writes nothing.
     start_s, end_s, tracks, fps
         As in :class:`ConvertOptions`.
     progress
-        Told what is being done and how far it is.
+        True shows a line on the terminal or in the notebook; a function is called with the share
+        that is done and what is being done.
 
     Raises
     ------
-    ValueError
+    DrinksimError
         If an input cannot be used (VideoError, MarkerFileError, TrackingError, ScaleError,
-        MotionError, TracksError) or the folder cannot be written (OutputError). Nothing is left
+        MotionError, TracksError) or ``out`` cannot be written (OutputError). Nothing is left
         behind then.
     """
-    say = progress or (lambda _what, _done, _total: None)
-    folder = Path(out)
-    _check_replaceable(folder)
-    marker_file = read_markers(markers)
-    given = given_tracks(tracks) if tracks is not None else None
-    film = Video(video, fps=fps)
-    raw = follow(film, marker_file, start_s=start_s, end_s=end_s, given=given, progress=say)
-    timing = film.timing
-    picture = Picture(film.info.width, film.info.height, film.info.pixel_aspect)
-    tracks_found = with_noise_in_time(raw, key_frames=film.key_frames).bridged()
-    measured = measure(tracks_found, marker_file, picture)
-    report = summary(film.info, timing, marker_file, measured, picture)
-    with _NewFolder(folder) as partial:
-        measured.tracks.write(partial / "tracks.csv")
-        measured.motion.write(partial / "motion.csv")
-        measured.motion.plot().savefig(partial / "motion.png", dpi=110)
-        tables = partial / "boundary_conditions"
+    if out is not None:
+        check_replaceable(Path(out))
+    with chosen_progress(progress, "convert") as show:
+        last = 1.0 if out is None else TRACKING_SHARE
+        marker_file = read_markers(markers)
+        given = given_tracks(tracks) if tracks is not None else None
+        film = Video(video, fps=fps)
+        raw = follow(
+            film,
+            marker_file,
+            start_s=start_s,
+            end_s=end_s,
+            given=given,
+            progress=part_of(show, 0.0, last),
+        )
+        picture = Picture(film.info.width, film.info.height, film.info.pixel_aspect)
+        bridged = with_noise_in_time(raw, key_frames=film.key_frames).bridged()
+        measured = measure(bridged, marker_file, picture)
+        report = summary(film.info, film.timing, marker_file, measured, picture)
+        motion = measured.motion.rounded()
+        result = ConvertResult(motion, measured, report, Path(video), fps, marker_file)
+        if out is not None:
+            write_conversion(result, out, progress=part_of(show, last, 1.0))
+    return result
+
+
+def write_conversion(
+    result: ConvertResult, out: Path | str, *, progress: ProgressOption = None
+) -> None:
+    """Write a conversion to a directory; a former result there is replaced.
+
+    It gets ``tracks.csv``, ``motion.csv``, ``motion.png``, ``overlay.mp4``, ``summary.json`` and
+    ``boundary_conditions``: tables, a TRC file and, where frames are even in time, a C3D file.
+
+    Raises
+    ------
+    OutputError
+        If the directory holds something else than a result or cannot be written.
+    VideoError
+        If the video can no longer be read.
+    """
+    measured, markers = result.measured, result.markers
+    with (
+        chosen_progress(progress, "write") as show,
+        directory_at_once(Path(out)) as folder,
+    ):
+        measured.tracks.write(folder / "tracks.csv")
+        measured.motion.write(folder / "motion.csv")
+        measured.motion.plot().savefig(folder / "motion.png", dpi=110)
+        tables = folder / "boundary_conditions"
         write_boundary_conditions(measured.motion, tables)
-        write_motion_files(measured.motion, marker_file, tables)
+        table = motion_table(measured.motion, markers)
+        write_trc(table, tables / "motion.trc")
+        if table.even:
+            write_c3d(table, tables / "motion.c3d")
         write_overlay(
-            Video(video, fps=fps),
+            Video(result.video, fps=result.fps),
             measured.tracks,
             measured.capture,
-            marker_file,
-            partial / "overlay.mp4",
-            progress=lambda done: say("drawing the overlay", done, timing.frames),
+            markers,
+            folder / "overlay.mp4",
+            progress=show,
         )
-        write_summary(report, partial / MARK_OF_A_RESULT)
-    return ConvertResult(folder, measured.motion.rounded(), measured, report)
+        write_summary(result.summary, folder / RESULT_MARK)
 
 
 def given_tracks(path: Path | str) -> Tracks:
@@ -160,58 +216,3 @@ def given_tracks(path: Path | str) -> Tracks:
     found = tracks_from(read_positions(file), corner_origin=file.suffix.lower() == ".txt")
     # Other programs count time in their own ways: frames are what is trusted.
     return replace(found, time_s=np.full_like(found.time_s, np.nan))
-
-
-def write_motion_files(motion: Motion, markers: MarkerFile, folder: Path) -> None:
-    """Write the motion as TRC and, where its frames are even in time, as C3D."""
-    table = motion_table(motion, markers)
-    write_trc(table, folder / "motion.trc")
-    if table.even:
-        write_c3d(table, folder / "motion.c3d")
-
-
-def option_names() -> list[str]:
-    """Return the names of all options, for whoever derives flags from them."""
-    return [option.name for option in fields(ConvertOptions)]
-
-
-def _check_replaceable(folder: Path) -> None:
-    """Refuse a folder that holds something else than a former result."""
-    if folder.exists() and not folder.is_dir():
-        raise OutputError(f"--out {folder}: is a file; name a folder")
-    if folder.exists() and any(folder.iterdir()) and not (folder / MARK_OF_A_RESULT).exists():
-        raise OutputError(
-            f"--out {folder}: holds files that are no former result; name a new folder"
-        )
-    parent = next(p for p in (folder, *folder.absolute().parents) if p.exists())
-    if not os.access(parent, os.W_OK):
-        raise OutputError(f"--out {folder}: {parent} cannot be written to; name another folder")
-
-
-class _NewFolder:
-    """A folder that takes its final name only when everything in it is complete."""
-
-    def __init__(self, final: Path) -> None:
-        self.final = final.absolute()
-        self.partial = self.final.parent / f".{self.final.name}.partial-{os.getpid()}"
-
-    def __enter__(self) -> Path:
-        try:
-            self.final.parent.mkdir(parents=True, exist_ok=True)
-            shutil.rmtree(self.partial, ignore_errors=True)
-            self.partial.mkdir()
-        except OSError as error:
-            raise OutputError(
-                f"--out {self.final}: cannot be written ({error.strerror}); name another folder"
-            ) from None
-        return self.partial
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is not None:
-            shutil.rmtree(self.partial, ignore_errors=True)
-            return
-        former = self.final.parent / f".{self.final.name}.former-{os.getpid()}"
-        if self.final.exists():
-            self.final.rename(former)
-        self.partial.rename(self.final)
-        shutil.rmtree(former, ignore_errors=True)

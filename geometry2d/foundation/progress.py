@@ -36,6 +36,15 @@ def chosen_progress(option: ProgressOption, title: str) -> Iterator[Progress]:
         yield lambda share, text: None
 
 
+def part_of(progress: Progress, start: float, end: float) -> Progress:
+    """Return the progress of a part of the work, which lasts from one share of it to another.
+
+    >>> part_of(lambda share, text: print(f"{share:.0%} {text}"), 0.5, 1.0)(0.5, "half of half")
+    75% half of half
+    """
+    return lambda share, text: progress(start + (end - start) * share, text)
+
+
 @contextmanager
 def progress_line(title: str) -> Iterator[Progress]:
     """Yield a function that shows progress on stderr; silent unless a person reads that.

@@ -330,9 +330,7 @@ class Motion:
         try:
             import pandas as pd
         except ImportError:
-            raise MotionError(
-                "a table needs pandas, which is not installed: pip install pandas"
-            ) from None
+            raise MotionError("pandas is not installed: pip install 'drinksim[notebook]'") from None
         return pd.DataFrame(self.columns())
 
     @property

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
+from geometry2d.foundation.progress import Progress
 from mocap.tracking.link import Guide, Tracker, TrackingError
 from mocap.tracking.locate import fit_near, locate_markers
 from mocap.tracking.markers import MarkerFile
@@ -27,7 +27,7 @@ def follow(
     start_s: float | None = None,
     end_s: float | None = None,
     given: Tracks | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Tracks:
     """Return the tracks of all markers through a video, gaps left open.
 
@@ -43,7 +43,7 @@ def follow(
         Tracks corrected by hand: positions "seen" and "fixed" are kept as they are, "predicted"
         ones are left to be bridged, everything else is tracked.
     progress
-        Told what is done and how far it is.
+        Called with the share of the announced frames that is decoded.
 
     Raises
     ------
@@ -62,7 +62,8 @@ def follow(
             tracker = _started(frame, markers, guides)
         tracker.see(frame.index, frame.time_s, frame.image, guides=guides)
         if progress is not None:
-            progress("tracking the markers", video.decoded, video.info.declared_frames)
+            announced = video.info.declared_frames
+            progress(video.decoded / announced if announced else 0.0, "tracking the markers")
     assert tracker is not None
     tracks = tracker.tracks()
     if len(tracks.frame) < 2:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -10,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.progress import Progress
 from mocap.motion.capture import Capture
 from mocap.motion.motion import Motion
 from mocap.tracking.markers import MarkerFile
@@ -43,7 +43,7 @@ def write_overlay(
     markers: MarkerFile,
     out: Path,
     *,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
 ) -> None:
     """Write the frames of ``tracks`` with markers, trails and body axes as an H.264 file.
 
@@ -56,7 +56,7 @@ def write_overlay(
     out
         The file to write; it plays in a browser.
     progress
-        Called with the number of frames written.
+        Called with the share of the frames that is written.
     """
     row_of = {int(frame): i for i, frame in enumerate(tracks.frame)}
     motion_row = {int(frame): i for i, frame in enumerate(captured.frame)}
@@ -73,7 +73,7 @@ def write_overlay(
             )
             writer.write(picture, frame.time_s - tracks.time_s[0])
             if progress is not None:
-                progress(row + 1)
+                progress((row + 1) / len(tracks.frame), "drawing the overlay")
 
 
 def draw_frame(

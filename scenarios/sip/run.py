@@ -7,7 +7,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from geometry2d.foundation.errors import DrinksimError
-from geometry2d.foundation.output import check_replaceable
 from geometry2d.foundation.progress import Progress, ProgressOption, chosen_progress
 from mocap.convert import convert
 from scenarios.results.collector import SolutionCollector
@@ -51,22 +50,17 @@ def convert_recording(
 
     ``tracks`` and ``fps`` are those of :func:`mocap.convert.convert`.
     """
-    check_replaceable(out)
-
-    def say(what: str, done: int, total: int) -> None:
-        progress(done / total if total else 0.0, what)
-
     result = convert(
         recording.video,
         recording.markers,
-        out,
+        out=out,
         start_s=recording.start_s,
         end_s=recording.end_s,
         tracks=tracks,
         fps=fps,
-        progress=say,
+        progress=progress,
     )
-    return Conversion(out / "motion.csv", tuple(result.summary["warnings"]))
+    return Conversion(out / "motion.csv", result.warnings)
 
 
 def solve(

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap.convert import ConvertResult, OutputError, convert
+from geometry2d.foundation.output import MARK, OutputError
+from mocap.convert import ConvertResult, convert, write_conversion
 from mocap.formats.exchange import read_positions
 from mocap.measurement import measure
 from mocap.motion.motion import Motion
@@ -46,9 +47,15 @@ NEAR_MM = 30.0
 
 
 @pytest.fixture(scope="module")
-def sip(tmp_path_factory: pytest.TempPathFactory) -> ConvertResult:
+def sip() -> ConvertResult:
+    return convert(SIP / "recording.mp4", SIP / "markers.toml")
+
+
+@pytest.fixture(scope="module")
+def written(sip: ConvertResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("sip") / "result"
-    return convert(SIP / "recording.mp4", SIP / "markers.toml", out)
+    write_conversion(sip, out)
+    return out
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +65,7 @@ def ball(
     folder = tmp_path_factory.mktemp("ball")
     (folder / "markers.toml").write_text(BALL_MARKERS, encoding="utf-8")
     video = recorded("projectile/projetil.mp4")
-    return convert(video, folder / "markers.toml", folder / "result")
+    return convert(video, folder / "markers.toml")
 
 
 def columns(path: Path) -> dict[str, np.ndarray]:
@@ -82,7 +89,7 @@ def test_markers_of_the_sip_are_tracked_to_a_tenth_of_a_pixel(sip: ConvertResult
 
 def test_relative_motion_of_the_sip(sip: ConvertResult) -> None:
     truth = columns(SIP / "truth_motion.csv")
-    motion = columns(sip.out / "motion.csv")
+    motion = sip.motion.columns()
     np.testing.assert_allclose(motion["time_s"], truth["time_s"], atol=1e-4)
     apart = np.hypot(
         truth["rel_x_mm"] - truth["rel_x_mm"][truth["rel_x_mm"].argmin()],
@@ -131,9 +138,9 @@ def test_the_style_of_the_other_recordings(name: str, style: str) -> None:
     assert 14 < abs(found.neck_tilt_deg) < found.package_tilt_deg < 60
 
 
-def test_boundary_conditions_are_the_motion_from_its_start(sip: ConvertResult) -> None:
-    motion = columns(sip.out / "motion.csv")
-    folder = sip.out / "boundary_conditions"
+def test_boundary_conditions_are_the_motion_from_its_start(written: Path) -> None:
+    motion = columns(written / "motion.csv")
+    folder = written / "boundary_conditions"
     tables = sorted(path.stem for path in folder.glob("*.txt"))
     assert tables == sorted(
         f"{body}_{dof}" for body in ("head", "package", "relative") for dof in ("u1", "u2", "ur3")
@@ -149,10 +156,10 @@ def test_boundary_conditions_are_the_motion_from_its_start(sip: ConvertResult) -
         np.testing.assert_allclose(package[:, 1], motion["package_y_mm"], atol=1e-4)
 
 
-def test_overlay_plays_in_a_browser(sip: ConvertResult) -> None:
+def test_overlay_plays_in_a_browser(sip: ConvertResult, written: Path) -> None:
     import av
 
-    with av.open(str(sip.out / "overlay.mp4")) as container:
+    with av.open(str(written / "overlay.mp4")) as container:
         stream = container.streams.video[0]
         assert stream.codec_context.name == "h264"
         assert stream.codec_context.pix_fmt == "yuv420p"
@@ -202,7 +209,7 @@ def test_a_video_without_face_and_package_is_refused_in_words(
     markers = tmp_path / "markers.toml"
     markers.write_text("[scale]\npackage = 14.0\n[markers]\n")
     with pytest.raises(TrackingError) as caught:
-        convert(recorded("projectile/projetil.mp4"), markers, tmp_path / "out")
+        convert(recorded("projectile/projetil.mp4"), markers, out=tmp_path / "out")
     message = str(caught.value)
     assert "round spots were found" in message
     assert "ear, nose, package_lower, package_upper looked for" in message
@@ -245,25 +252,46 @@ def test_bottles_without_markers_are_refused_wherever_the_clip_starts(
             with pytest.raises(TrackingError, match=r"package_upper.* looked for|looked for 4"):
                 locate_markers(frame.image, wanted, frame.index)
     with pytest.raises(TrackingError) as caught:
-        convert(bottles, markers, tmp_path / "out")
+        convert(bottles, markers, out=tmp_path / "out")
     assert "frame 0: 7 round spots were found" in str(caught.value)
     assert "ear, nose, package_lower, package_upper looked for" in str(caught.value)
     assert [path.name for path in tmp_path.iterdir()] == ["markers.toml"]
 
 
-def test_results_are_replaced_whole_and_nothing_else_is(sip: ConvertResult, tmp_path: Path) -> None:
+def test_in_memory_and_on_disk_a_conversion_is_the_same(sip: ConvertResult, written: Path) -> None:
+    assert Motion.read(written / "motion.csv") == sip.motion
+    assert repr(sip) == f"ConvertResult(recording.mp4, 6 markers, {len(sip.warnings)} warnings)"
+    assert sip.scales["package"].source == "package" and sip.motion.picture is not None
+
+
+def test_progress_grows_to_the_end(tmp_path: Path) -> None:
+    told: list[tuple[float, str]] = []
+    convert(
+        SIP / "recording.mp4",
+        SIP / "markers.toml",
+        out=tmp_path / "out",
+        end_s=0.4,
+        progress=lambda share, what: told.append((share, what)),
+    )
+    shares = [share for share, _ in told]
+    assert shares == sorted(shares) and shares[-1] == 1.0
+    assert {what for _, what in told} == {"tracking the markers", "drawing the overlay"}
+
+
+def test_results_are_replaced_whole_and_nothing_else_is(written: Path, tmp_path: Path) -> None:
     (tmp_path / "letter.txt").write_text("mine")
-    with pytest.raises(OutputError, match="holds files that are no former result"):
-        convert(SIP / "recording.mp4", SIP / "markers.toml", tmp_path)
+    with pytest.raises(OutputError, match="holds files that are not results"):
+        convert(SIP / "recording.mp4", SIP / "markers.toml", out=tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
-    report = json.loads((sip.out / "summary.json").read_text(encoding="utf-8"))
+    report = json.loads((written / "summary.json").read_text(encoding="utf-8"))
     assert report["command"] == "drinksim convert"
-    assert {path.name for path in sip.out.iterdir()} == {
+    assert {path.name for path in written.iterdir()} == {
         "tracks.csv",
         "motion.csv",
         "motion.png",
         "boundary_conditions",
         "overlay.mp4",
         "summary.json",
+        MARK,
     }
-    assert [path.name for path in sip.out.parent.iterdir()] == ["result"]
+    assert [path.name for path in written.parent.iterdir()] == ["result"]

@@ -19,7 +19,7 @@ def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
     scenario = read_scenario("A38-F", ["solver.resolution=coarse"])
     assert scenario.recording is not None
     out = tmp_path_factory.mktemp("converted") / "motion"
-    convert(Path(scenario.recording.video), Path(scenario.recording.markers), out)
+    convert(Path(scenario.recording.video), Path(scenario.recording.markers), out=out)
     return scenario.with_motion(out / "motion.csv")
 
 

@@ -79,7 +79,7 @@ polarity = "light"
 """,
         encoding="utf-8",
     )
-    return convert(folder / "ball.mp4", folder / "markers.toml", folder / "result")
+    return convert(folder / "ball.mp4", folder / "markers.toml")
 
 
 def test_the_ball_falls_as_it_was_thrown(ball: ConvertResult) -> None:

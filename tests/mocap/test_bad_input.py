@@ -227,7 +227,7 @@ def test_a_wrong_input_is_named_and_nothing_is_written(tmp_path: Path, case: str
         convert(
             given.video,
             given.markers,
-            tmp_path / "out",
+            out=tmp_path / "out",
             tracks=given.tracks,
             end_s=given.end_s,
         )
@@ -241,5 +241,5 @@ def test_no_two_wrong_inputs_share_a_message() -> None:
     assert len(set(words)) == len(words)
 
 
-def test_the_good_input_is_good(tmp_path: Path) -> None:
-    assert convert(good().video, good().markers, tmp_path / "out").summary["warnings"] == []
+def test_the_good_input_is_good() -> None:
+    assert convert(good().video, good().markers).warnings == ()

@@ -183,7 +183,7 @@ def test_its_table(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     for name, column in motion().columns().items():
         np.testing.assert_allclose([float(row[name]) for row in rows], column, atol=6e-7)
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(MotionError, match="pip install pandas"):
+    with pytest.raises(MotionError, match=r"pip install 'drinksim\[notebook\]'"):
         motion().to_dataframe()
 
 

@@ -180,7 +180,7 @@ def test_markers_without_positions_are_told_by_their_layout() -> None:
 
 def test_a_clip_corrected_by_hand(tmp_path: Path) -> None:
     video, markers, _ = drawn(SMALL)
-    first = convert(video, markers, tmp_path / "first")
+    first = convert(video, markers, out=tmp_path / "first")
     path = tmp_path / "first" / "tracks.csv"
     lines = path.read_text().splitlines()
     kept = []
@@ -195,7 +195,7 @@ def test_a_clip_corrected_by_hand(tmp_path: Path) -> None:
         kept.append(line)
     corrected = tmp_path / "corrected.csv"
     corrected.write_text("\n".join(kept) + "\n")
-    tracks = convert(video, markers, tmp_path / "second", tracks=corrected).tracks
+    tracks = convert(video, markers, out=tmp_path / "second", tracks=corrected).tracks
     nose, ear = tracks.names.index("nose"), tracks.names.index("ear")
     np.testing.assert_allclose(tracks.position_px[10, nose], [301.25, 99.5])
     assert tracks.status[10, nose] == "fixed"
@@ -318,11 +318,11 @@ def test_bad_input_leaves_nothing_behind(tmp_path: Path) -> None:
     ]
     for film, file, error, words in cases:
         with pytest.raises(error, match=words):
-            convert(film, file, tmp_path / "out")
+            convert(film, file, out=tmp_path / "out")
     with pytest.raises(TrackingError, match="only one frame is used"):
-        convert(video, markers, tmp_path / "out", end_s=0.0)
+        convert(video, markers, out=tmp_path / "out", end_s=0.0)
     with pytest.raises(TrackingError, match="shows nothing"):
-        convert(one, markers, tmp_path / "out")
+        convert(one, markers, out=tmp_path / "out")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["one.mp4", "still.mp4"]
 
 
@@ -345,7 +345,7 @@ def test_broken_tracks_are_named(tmp_path: Path, old: str, new: str, words: str)
     text = path.read_text()
     path.write_text(text.replace(old, new, 1))
     with pytest.raises(TracksError, match=words):
-        convert(video, markers, tmp_path / "out", tracks=path)
+        convert(video, markers, out=tmp_path / "out", tracks=path)
     path.write_text(text + text.splitlines()[-1] + "\n")
     with pytest.raises(TracksError, match="is there twice"):
         read_tracks(path)
