@@ -123,7 +123,13 @@ def _replay(options: argparse.Namespace) -> int:
 
     scenario = _chosen_scenario(options)
     try:
-        solution = solve(scenario, out=options.out, resume=options.resume, progress=True)
+        solution = solve(
+            scenario,
+            out=options.out,
+            resume=options.resume,
+            overwrite=options.overwrite,
+            progress=True,
+        )
     except NothingComputedError as error:
         return _complain(str(error), NOT_FINISHED)
     print(f"{options.out}: {solution.message}\n{peaks_message(solution.summary)}")
@@ -399,6 +405,9 @@ def _parser() -> argparse.ArgumentParser:
             )
     replay.add_argument(
         "--resume", action="store_true", help="go on with the unfinished run in --out, if any"
+    )
+    replay.add_argument(
+        "--overwrite", action="store_true", help="discard what an earlier run left in --out"
     )
     _add_set(replay)
 

@@ -6,7 +6,6 @@ digits: element fields in single precision, history to nine significant digits.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
@@ -23,6 +22,7 @@ from scenarios.results.fields_file import FIELDS_FILE, FieldsOnDisk, read_contac
 from scenarios.results.frames import data_set, history_table
 from scenarios.results.history_file import COLUMNS, HISTORY_FILE, as_written, read_history
 from scenarios.results.increment import Increment, LipContact, SectionModel, SolutionError
+from scenarios.results.integrity import checked_summary
 from scenarios.results.quantities import CONTACT_FIELDS, ELEMENT_FIELDS, HISTORY, Quantity
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.settings.scenario import Scenario, read_scenario
@@ -184,7 +184,7 @@ class Solution:
         """Return the solution of a run directory; :class:`SolutionError` if it is not one."""
         folder = Path(folder)
         _check_run_directory(folder)
-        summary = json.loads((folder / SUMMARY_FILE).read_text(encoding="utf-8"))
+        summary = checked_summary(folder)
         with h5py.File(folder / FIELDS_FILE, "r") as store:
             placement = store["increments/placement"][:]
             return cls(

@@ -2,8 +2,9 @@
 
 While a run goes on, every committed increment is one file of ``increments/`` in the ``.partial``
 directory, put there by a rename: however the run ends, each increment is complete or absent. The
-checkpoint is kept for the last one only; the run goes on from it. Only a complete run gets
-``fields.h5`` and its final name.
+checkpoints of the last two are kept: the run goes on from the last increment that can be read. Only
+a complete run gets ``fields.h5`` and its final name. Finishing can be killed anywhere: a run counts
+as complete once ``summary.json`` is there, and the next writer tidies up what is left to do.
 """
 
 from __future__ import annotations
@@ -12,13 +13,15 @@ import csv
 import json
 import shutil
 import time
-from collections.abc import Iterator, Mapping
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import fields as dataclass_fields
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import h5py
 import numpy as np
@@ -35,9 +38,17 @@ from geometry2d.rigid import RigidPlacement
 from scenarios.results.fields_file import FIELDS_FILE, FieldRows, write_model
 from scenarios.results.history_file import HISTORY_FILE, as_written, write_history
 from scenarios.results.increment import ContactField, Increment, SectionModel, SolutionError
+from scenarios.results.integrity import (
+    differing_input,
+    fingerprint,
+    sealed,
+    write_inputs,
+)
 from scenarios.results.summary import SUMMARY_FILE, run_summary
 
 Arrays = dict[str, NDArray[Any]]
+
+SCENARIO_FILE = "scenario.toml"
 
 
 class SolutionWriter:
@@ -49,27 +60,45 @@ class SolutionWriter:
         the directory to appear when the run is complete; until then it is called ``out.partial``.
     scenario_toml
         the resolved scenario.
+    inputs
+        checksums, by setting, of files that the run depends on.
     resume
-        go on after the last complete increment of ``out.partial`` if there is one. Without it,
-        whatever an earlier run left there is discarded.
+        go on after the last increment in ``out.partial`` if there is one.
+    overwrite
+        discard what an earlier run left in ``out.partial``.
+
+    Raises
+    ------
+    SolutionError
+        If there are increments and neither ``resume`` nor ``overwrite`` is set, if they were
+        computed from other inputs, or if they are damaged.
     """
 
-    def __init__(self, out: Path, scenario_toml: str, *, resume: bool) -> None:
+    def __init__(
+        self,
+        out: Path,
+        scenario_toml: str,
+        *,
+        inputs: Mapping[str, str] | None = None,
+        resume: bool = False,
+        overwrite: bool = False,
+    ) -> None:
         self.out = out
         self._claim = ExitStack()
         self.partial = self._claim.enter_context(claimed(out))
         self._increments = self.partial / "increments"
         self._started = time.monotonic()
-        if resume and self._increments.is_dir():
-            try:
-                self._check_same_scenario(scenario_toml)
-            except SolutionError:
-                self._claim.close()
-                raise
-        else:
-            empty_directory(self.partial)
-        self._increments.mkdir(parents=True, exist_ok=True)
-        (self.partial / "scenario.toml").write_text(scenario_toml, encoding="utf-8")
+        self._inputs = fingerprint(scenario_toml, inputs or {})
+        try:
+            if overwrite or not self._goes_on(resume=resume):
+                empty_directory(self.partial)
+        except BaseException:
+            self._claim.close()
+            raise
+        if not self.is_complete:
+            self._increments.mkdir(exist_ok=True)
+            (self.partial / SCENARIO_FILE).write_text(scenario_toml, encoding="utf-8")
+            write_inputs(self.partial, self._inputs)
         self.count = len(self._files())
         self.log(f"drinksim {version('drinksim')}, after {self.count} increments")
 
@@ -78,7 +107,7 @@ class SolutionWriter:
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         """Leave nothing behind if the run failed before there was anything to go on from."""
-        if kind is not None and self.count == 0:
+        if kind is not None and self.count == 0 and not self.is_complete:
             self.discard()
         self._claim.close()
 
@@ -87,13 +116,54 @@ class SolutionWriter:
         """The directory that is being filled."""
         return self.partial
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether a run was killed when nothing but tidying up was left to do; see `tidy`."""
+        return (self.partial / SUMMARY_FILE).is_file()
+
+    def _goes_on(self, *, resume: bool) -> bool:
+        """Whether what an earlier run left is used; it is checked then."""
+        increments = self._files()
+        if increments and not resume and not self.is_complete:
+            raise SolutionError(
+                f"{self.partial} holds {len(increments)} increments of an unfinished run: --resume "
+                "goes on after them, --overwrite starts anew"
+            )
+        other = differing_input(self.partial, self._inputs)
+        if other is not None and (increments or self.is_complete):
+            raise SolutionError(
+                f"{self.partial} was started with {other}: repeat the run with the same, or start "
+                "anew with --overwrite"
+            )
+        if increments and not self.is_complete:
+            self._drop_damaged(increments)
+        return other is None
+
+    def _drop_damaged(self, files: Sequence[Path]) -> None:
+        """Remove a last increment that cannot be read; refuse if others cannot."""
+        readable = [_is_readable(file) for file in files]
+        last = len(files) - 1
+        if not (readable[last] and _is_readable(self._checkpoint_file(last))):
+            files[last].unlink()
+            self._checkpoint_file(last).unlink(missing_ok=True)
+            readable, last = readable[:last], last - 1
+        damaged = [number for number, whole in enumerate(readable, start=1) if not whole]
+        if damaged or (last >= 0 and not _is_readable(self._checkpoint_file(last))):
+            number = damaged[0] if damaged else last + 1
+            raise SolutionError(
+                f"{self.partial}: increment {number} is damaged, so the run cannot go on: start "
+                "anew with --overwrite"
+            )
+        with (self.partial / HISTORY_FILE).open("w", newline="", encoding="utf-8") as stream:
+            write_history(stream, (increment.row() for increment in self.increments()))
+
     def keep(self, source: Path, kept: Path) -> None:
         """Copy a file into the run directory, so that the run can be repeated and shown from it."""
         if kept.is_file():
             if kept.read_bytes() != source.read_bytes():
                 raise SolutionError(
                     f"{self.partial} was started with another {kept.name} than {source}: give that "
-                    "one, or run without --resume to start over"
+                    "one, or start anew with --overwrite"
                 )
             return
         with file_at_once(kept) as partial:
@@ -125,7 +195,7 @@ class SolutionWriter:
         # The checkpoint goes first: an increment counts from the moment its own file is there.
         _write_arrays(self._checkpoint_file(self.count), dict(increment.checkpoint))
         _write_arrays(self._increments / f"{self.count:06d}.npz", _increment_arrays(increment))
-        self._checkpoint_file(self.count - 1).unlink(missing_ok=True)
+        self._checkpoint_file(self.count - 2).unlink(missing_ok=True)
         self.count += 1
         history = self.partial / HISTORY_FILE
         new = not history.exists()
@@ -175,11 +245,16 @@ class SolutionWriter:
         self.log(message)
         seconds = time.monotonic() - self._started
         summary = run_summary(rows, finished=finished, message=message, wall_s=seconds, about=about)
-        text = json.dumps(summary, indent=2, allow_nan=False)
-        (self.partial / SUMMARY_FILE).write_text(text + "\n", encoding="utf-8")
-        shutil.rmtree(self._increments)
-        self._checkpoint_file(self.count - 1).unlink()
-        (self.partial / "model.npz").unlink()
+        text = json.dumps(sealed(summary, self.partial), indent=2, allow_nan=False)
+        with file_at_once(self.partial / SUMMARY_FILE) as partial:
+            partial.write_text(text + "\n", encoding="utf-8")
+        self.tidy()
+
+    def tidy(self) -> None:
+        """Remove what only an unfinished run needs, and put the directory in its place."""
+        shutil.rmtree(self._increments, ignore_errors=True)
+        for file in (*self.partial.glob("checkpoint-*.npz"), self.partial / "model.npz"):
+            file.unlink(missing_ok=True)
         put_in_place(self.partial, self.out)
         self._claim.close()
 
@@ -188,14 +263,6 @@ class SolutionWriter:
 
     def _files(self) -> list[Path]:
         return sorted(self._increments.glob("[0-9]*.npz"))
-
-    def _check_same_scenario(self, scenario_toml: str) -> None:
-        earlier = (self.partial / "scenario.toml").read_text(encoding="utf-8")
-        if earlier != scenario_toml:
-            raise SolutionError(
-                f"{self.partial} was started with other settings: repeat those, or run without "
-                "--resume to start over"
-            )
 
 
 def _write_arrays(file: Path, arrays: Arrays) -> None:
@@ -206,6 +273,15 @@ def _write_arrays(file: Path, arrays: Arrays) -> None:
 def _read_arrays(file: Path) -> Arrays:
     with np.load(file, allow_pickle=False) as stored:
         return {name: stored[name] for name in stored.files}
+
+
+def _is_readable(file: Path) -> bool:
+    """Whether every array of a file can be read; each carries a checksum."""
+    try:
+        _read_arrays(file)
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile, zlib.error):
+        return False
+    return True
 
 
 def _group(arrays: Arrays, name: str) -> Arrays:

@@ -10,7 +10,10 @@ from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.progress import Progress, ProgressOption, chosen_progress
 from mocap.convert import convert
 from scenarios.results.collector import SolutionCollector
+from scenarios.results.increment import SolutionError
+from scenarios.results.integrity import checksum, differing_input, fingerprint
 from scenarios.results.solution import Solution
+from scenarios.results.summary import SUMMARY_FILE
 from scenarios.results.writer import SolutionWriter
 from scenarios.settings.scenario import (
     MotionFile,
@@ -68,6 +71,7 @@ def solve(
     *,
     out: Path | str | None = None,
     resume: bool = False,
+    overwrite: bool = False,
     progress: ProgressOption = None,
 ) -> Solution:
     """Replay a scenario and return its solution.
@@ -83,6 +87,9 @@ def solve(
         is computed.
     resume
         Go on after the last increment of an unfinished run in ``out``.
+    overwrite
+        Discard an unfinished run, or replace a finished one, in ``out``. Without it a finished run
+        of the same inputs is returned as it is, and any other one is refused.
     progress
         True shows a line on the terminal or in the notebook; a function is called with the share
         that is done and what is being done.
@@ -102,7 +109,7 @@ def solve(
     with chosen_progress(progress, f"replay {scenario.name}") as show:
         if out is None:
             return _solved_in_memory(scenario, show)
-        return _solved_into(scenario, Path(out), resume=resume, progress=show)
+        return _solved_into(scenario, Path(out), resume=resume, overwrite=overwrite, progress=show)
 
 
 def _solved_in_memory(scenario: Scenario, progress: Progress) -> Solution:
@@ -121,27 +128,71 @@ def _solved_in_memory(scenario: Scenario, progress: Progress) -> Solution:
     )
 
 
-def _solved_into(scenario: Scenario, out: Path, *, resume: bool, progress: Progress) -> Solution:
+def _solved_into(
+    scenario: Scenario, out: Path, *, resume: bool, overwrite: bool, progress: Progress
+) -> Solution:
     kept = MotionFile(f"{MOTION_FOLDER}/motion.csv")
     text = resolved_toml(replace(scenario, motion=kept))
-    with SolutionWriter(out, text, resume=resume) as writer:
-        motion = _provided_motion(scenario, writer, progress)
-        outcome = replay(
-            scenario.with_motion(motion),
-            on_model=writer.model,
-            on_increment=writer.commit,
-            resume_from=writer.last(),
-            progress=progress,
-        )
-        if writer.count == 0:
-            writer.discard()
-            raise NothingComputedError(f"nothing was computed: {outcome.message}")
-        writer.finish(
-            finished=outcome.finished,
-            message=outcome.message,
-            about={"scenario": scenario.name, **outcome.about},
-        )
+    inputs = _inputs(scenario)
+    if (out / SUMMARY_FILE).is_file() and not overwrite:
+        other = differing_input(out, fingerprint(text, inputs))
+        if other is not None:
+            raise SolutionError(
+                f"{out} holds a finished run with {other}: give another --out, or replace it with "
+                "--overwrite"
+            )
+        return Solution.load(out)
+    with SolutionWriter(out, text, inputs=inputs, resume=resume, overwrite=overwrite) as writer:
+        if writer.is_complete:
+            writer.tidy()
+        else:
+            _replay_into(writer, scenario, progress)
     return Solution.load(out)
+
+
+def _replay_into(writer: SolutionWriter, scenario: Scenario, progress: Progress) -> None:
+    """Replay from where the writer's run is to the end."""
+    motion = _provided_motion(scenario, writer, progress)
+    outcome = replay(
+        scenario.with_motion(motion),
+        on_model=writer.model,
+        on_increment=writer.commit,
+        resume_from=writer.last(),
+        progress=progress,
+    )
+    if writer.count == 0:
+        writer.discard()
+        raise NothingComputedError(f"nothing was computed: {outcome.message}")
+    writer.finish(
+        finished=outcome.finished,
+        message=outcome.message,
+        about={"scenario": scenario.name, **outcome.about},
+    )
+
+
+def _inputs(scenario: Scenario) -> dict[str, str]:
+    """Return the checksums of the files that a replay depends on, by the settings that name them.
+
+    Raises
+    ------
+    ScenarioError
+        If one of them is missing.
+    """
+    files = {"package.outline": scenario.package.outline, "head.outline": scenario.head_outline}
+    if scenario.motion is not None:
+        files["motion.file"] = scenario.motion.file
+    elif scenario.recording is not None:
+        files["recording.video"] = scenario.recording.video
+        files["recording.markers"] = scenario.recording.markers
+    checksums = {}
+    for setting, file in files.items():
+        if file is None:
+            continue
+        if not Path(file).is_file():
+            remedy = "make one with drinksim convert" if "motion" in setting else "check the path"
+            raise ScenarioError(f"{setting}: no file {file}: {remedy}")
+        checksums[setting] = checksum(Path(file))
+    return checksums
 
 
 def _provided_motion(scenario: Scenario, writer: SolutionWriter, progress: Progress) -> Path:

@@ -345,7 +345,7 @@ def test_an_interrupted_replay_goes_on(
     assert not out.exists()
     assert "--resume goes on" in capsys.readouterr().err
     monkeypatch.setattr(run, "replay", MadeUpReplay())
-    assert "without --resume" in complaint(
+    assert "--overwrite" in complaint(
         capsys, *command, "--resume", "--set", "contact.friction=0.9"
     )
     assert main([*command, "--resume"]) == 0

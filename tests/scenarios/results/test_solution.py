@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import h5py
@@ -139,9 +142,7 @@ def test_a_killed_run_goes_on_where_it_was(
     assert last.time_s == increments[3].time_s
     np.testing.assert_array_equal(last.checkpoint["stick"], increments[3].checkpoint["stick"])
     np.testing.assert_array_equal(last.displacement, increments[3].displacement)
-    for increment in increments[4:]:
-        resumed.commit(increment)
-    resumed.finish(finished=True, message="all of it", about={})
+    go_on(resumed, increments)
 
     assert (out / "history.csv").read_text() == (run_directory / "history.csv").read_text()
     for name in ("increments/displacement", "element/log_strain_min", "contact/upper/gap_mm"):
@@ -151,19 +152,127 @@ def test_a_killed_run_goes_on_where_it_was(
         ".drinksim",
         "fields.h5",
         "history.csv",
+        "inputs.json",
         "run.log",
         "scenario.toml",
         "summary.json",
     ]
 
 
-def test_other_settings_are_not_resumed(tmp_path: Path, increments: list[Increment]) -> None:
+def go_on(writer: SolutionWriter, increments: list[Increment]) -> None:
+    """Compute the rest of a run and finish it."""
+    for increment in increments[writer.count :]:
+        writer.commit(increment)
+    writer.finish(finished=True, message="all of it", about={})
+
+
+def unfinished(out: Path, model: SectionModel, increments: list[Increment], count: int) -> Path:
+    with SolutionWriter(out, TOML) as writer:
+        writer.model(model)
+        for increment in increments[:count]:
+            writer.commit(increment)
+    return writer.folder
+
+
+def test_an_unfinished_run_is_neither_wiped_nor_continued_unasked(
+    tmp_path: Path, model: SectionModel, increments: list[Increment]
+) -> None:
     out = tmp_path / "run"
-    with SolutionWriter(out, TOML, resume=False) as writer:
+    unfinished(out, model, increments, 3)
+    with pytest.raises(SolutionError, match=r"3 increments.*--resume.*--overwrite"):
+        SolutionWriter(out, TOML)
+    with SolutionWriter(out, TOML, resume=True) as resumed:
+        assert resumed.count == 3
+    with SolutionWriter(out, TOML, overwrite=True) as anew:
+        assert anew.last() is None
+
+
+@pytest.mark.parametrize(
+    ("toml", "inputs", "word"),
+    [
+        (TOML + "# other\n", {"package.outline": "a"}, "other settings"),
+        (TOML, {"package.outline": "b"}, r"another file for package\.outline"),
+        (TOML, {}, r"another file for package\.outline"),
+    ],
+)
+def test_other_inputs_are_not_resumed(
+    tmp_path: Path, increments: list[Increment], toml: str, inputs: dict[str, str], word: str
+) -> None:
+    out = tmp_path / "run"
+    with SolutionWriter(out, TOML, inputs={"package.outline": "a"}) as writer:
         writer.commit(increments[0])
-    with pytest.raises(SolutionError, match="without --resume"):
-        SolutionWriter(out, TOML + "# other\n", resume=True)
-    assert SolutionWriter(out, TOML, resume=False).last() is None
+    with pytest.raises(SolutionError, match=word):
+        SolutionWriter(out, toml, inputs=inputs, resume=True)
+    with SolutionWriter(out, toml, inputs=inputs, overwrite=True) as anew:
+        assert anew.last() is None
+
+
+def test_another_version_is_not_resumed(
+    tmp_path: Path, increments: list[Increment], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "run"
+    with SolutionWriter(out, TOML) as writer:
+        writer.commit(increments[0])
+    monkeypatch.setattr("scenarios.results.integrity.version", lambda name: "9.9")
+    with pytest.raises(SolutionError, match=r"drinksim .*, this is 9\.9"):
+        SolutionWriter(out, TOML, resume=True)
+
+
+@pytest.mark.parametrize("damaged", ["increments/000003.npz", "checkpoint-000003.npz"])
+def test_a_damaged_last_increment_gives_way_to_the_one_before(
+    tmp_path: Path,
+    model: SectionModel,
+    increments: list[Increment],
+    run_directory: Path,
+    damaged: str,
+) -> None:
+    out = tmp_path / "run"
+    file = unfinished(out, model, increments, 4) / damaged
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    file.write_bytes(content)
+    resumed = SolutionWriter(out, TOML, resume=True)
+    assert resumed.count == 3
+    go_on(resumed, increments)
+    assert (out / "history.csv").read_bytes() == (run_directory / "history.csv").read_bytes()
+
+
+def test_a_damaged_earlier_increment_is_named(
+    tmp_path: Path, model: SectionModel, increments: list[Increment]
+) -> None:
+    out = tmp_path / "run"
+    folder = unfinished(out, model, increments, 4)
+    (folder / "increments" / "000001.npz").write_bytes(b"cut")
+    with pytest.raises(SolutionError, match=r"increment 2 is damaged.*--overwrite"):
+        SolutionWriter(out, TOML, resume=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("history.csv", lambda content: content.replace(b"1", b"2", 1)),
+        ("fields.h5", lambda content: content[:-100]),
+        ("scenario.toml", lambda content: content + b"# edited\n"),
+        ("summary.json", lambda content: content.replace(b"all of it", b"all is well")),
+        ("summary.json", lambda content: content[: len(content) // 2]),
+        ("summary.json", lambda content: b"[" * 100_000),
+        ("fields.h5", None),
+    ],
+)
+def test_a_run_whose_files_do_not_belong_together_is_not_shown(
+    tmp_path: Path, model: SectionModel, increments: list[Increment], name: str, change
+) -> None:
+    out = tmp_path / "run"
+    unfinished(out, model, increments, 2)
+    go_on(SolutionWriter(out, TOML, resume=True), increments)
+    Solution.load(out)
+    file = out / name
+    if change is None:
+        file.unlink()
+    else:
+        file.write_bytes(change(file.read_bytes()))
+    with pytest.raises(SolutionError, match=name.replace(".", r"\.")):
+        Solution.load(out)
 
 
 def test_another_motion_is_not_resumed(tmp_path: Path) -> None:
@@ -220,3 +329,14 @@ def test_a_history_without_a_column_is_refused(increments: list[Increment]) -> N
     del history["upper_lip_contact_mm"]
     with pytest.raises(SolutionError, match="upper_lip_contact_mm"):
         dataclasses.replace(increments[0], history=history).row()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system starts no process by forking")
+@pytest.mark.slow
+def test_a_run_killed_at_any_file_operation_comes_to_the_same_end(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "tests.support.killed_writer", str(tmp_path)]
+    ended = subprocess.run(
+        command, capture_output=True, text=True, check=False, cwd=Path(__file__).parents[3]
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert int(ended.stdout) > 50
