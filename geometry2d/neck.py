@@ -110,6 +110,11 @@ class NeckMeasurements:
         )
 
     @property
+    def carton_from_mm(self) -> float:
+        """Where the shoulder of the carton begins, along the axis from the marks, mm."""
+        return self.mark_behind_thread_mm + 2.0
+
+    @property
     def mark_depth_mm(self) -> float:
         """Distance of the marks from the rim along the axis, mm."""
         thread_end = self.land_mm
@@ -267,7 +272,7 @@ def _wall(m: NeckMeasurements, *, upper: bool) -> tuple[Outline, dict[str, tuple
 
 def _silhouette(m: NeckMeasurements, upper_wall: Outline, lower_wall: Outline) -> Array:
     """Outside of the neck from both walls, then shoulder and carton, counter-clockwise."""
-    reach = m.mark_behind_thread_mm + 2.0
+    reach = m.carton_from_mm
     axis = 0.5 * m.mark_distance_mm
     upper, lower = (wall.sampled(0.25) for wall in (upper_wall, lower_wall))
     upper_side = upper[(upper[:, 1] >= axis + 0.5 * m.root_diameter_mm - m.rim_radius_mm)]
