@@ -253,10 +253,8 @@ def _other_width(file: Path, row: Row, width: int, separator: str) -> str:
     hint = ""
     if separator == "," and len(row.cells) > width:
         hint = "; decimal commas need another separator, such as semicolons"
-    return (
-        f"{file} line {row.line}: has {len(row.cells)} columns and the header {width}; "
-        f"mend the row{hint}"
-    )
+    cells = f"{len(row.cells)} cell{'s' if len(row.cells) > 1 else ''}"
+    return f"{file} line {row.line}: has {cells} and the header {width}; mend the row{hint}"
 
 
 def safe_cell(text: str) -> str:

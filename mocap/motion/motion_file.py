@@ -20,6 +20,10 @@ key                    value
 
 A file without a direction in its header takes it from ``first_frame`` of the ``summary.json`` that
 lies beside it, if there is one.
+
+Cells may be separated by commas, semicolons or tabs, with decimal commas in the latter two cases
+(:mod:`geometry2d.foundation.delimited`), and header lines may be followed by empty cells: so a
+spreadsheet may have written the file.
 """
 
 from __future__ import annotations
@@ -27,7 +31,6 @@ from __future__ import annotations
 import csv
 import json
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeAlias
@@ -35,6 +38,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.delimited import SEPARATORS, named_table
+from geometry2d.foundation.text import bytes_of, number, quoted, text_of
+from geometry2d.foundation.toml import parsed_toml
 from mocap.motion.errors import MotionError
 
 Array: TypeAlias = NDArray[np.float64]
@@ -68,6 +74,8 @@ KEYS: Mapping[str, type] = {
 WANTED = {str: "text in quotes", list: "list of texts", float: "number", bool: "true or false"}
 
 AXES = ("head_axis_deg", "package_axis_deg")
+MOST_SUMMARY_BYTES = 10_000_000
+LONGEST_HEADER_LINE = 10_000
 
 
 def write_motion_file(
@@ -76,9 +84,10 @@ def write_motion_file(
     """Write columns (n,) of numbers under a header."""
     with path.open("w", newline="", encoding="utf-8") as stream:
         stream.write(TITLE + "\n")
-        # JSON writes these values as TOML reads them.
+        # JSON writes these values as TOML reads them, except the delete character.
         stream.writelines(
-            f"# {key} = {json.dumps(value, ensure_ascii=False)}\n" for key, value in header.items()
+            f"# {key} = {json.dumps(value, ensure_ascii=False)}\n".replace("\x7f", "\\u007f")
+            for key, value in header.items()
         )
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(columns)
@@ -94,80 +103,64 @@ def read_motion_file(path: Path) -> tuple[dict[str, Array], dict[str, Value]]:
     MotionError
         If the file is missing, lacks a column of ``NEEDED``, or holds what is no number.
     """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except FileNotFoundError:
-        raise MotionError(f"no motion file {path}: make one with drinksim convert") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise MotionError(f"{path} cannot be read as text ({error}): check the path") from None
-    header = _header([line for line in lines if line.startswith("#")], path)
+    if not path.exists():
+        raise MotionError(f"no motion file {path}: make one with drinksim convert")
+    text = text_of(path, what="motion file", error=MotionError)
+    # A spreadsheet puts a line with quotation marks into quotation marks.
+    lines = [(line, line.lstrip('"').startswith("#")) for line in text.split("\n")]
+    rows = "\n".join("" if comment else line for line, comment in lines)
+    table = named_table(path, rows, NEEDED, what="motion file", error=MotionError)
+    columns = {
+        name: table.numbers(name, blank=name not in NEEDED)
+        for name in table.header
+        if name in COLUMNS
+    }
+    header = _header([line for line, comment in lines if comment], table.separator, path)
     for axis, value in _axes_of_summary(path.with_name("summary.json")).items():
         header.setdefault(axis, value)
-    return _columns([line for line in lines if line.strip() and line[0] != "#"], path), header
+    return columns, header
 
 
-def _header(lines: list[str], path: Path) -> dict[str, Value]:
+def _header(lines: list[str], separator: str, path: Path) -> dict[str, Value]:
     header: dict[str, Value] = {}
     for line in lines:
-        found = re.fullmatch(r"#\s*(\w+)\s*=\s*(.*)", line.rstrip())
-        if found is None or found[1] not in KEYS:
+        if len(line) > LONGEST_HEADER_LINE:
+            raise MotionError(
+                f"{path}: a line of its header has {len(line)} characters: shorten it"
+            )
+        cells = next(csv.reader([line], delimiter=separator)) if line[0] == '"' else [line]
+        text = separator.join(cells).rstrip(SEPARATORS + " ")
+        key, equals, stated = (part.strip() for part in text.lstrip("# ").partition("="))
+        if not equals or key not in KEYS:
             continue
-        key = found[1]
-        value = _value(found[2], KEYS[key])
+        value = _value(stated, KEYS[key], path)
         if value is None:
-            raise MotionError(f"{path}: {line!r} is no {WANTED[KEYS[key]]}: mend or remove it")
+            raise MotionError(
+                f"{path}: {quoted(text)} is no {WANTED[KEYS[key]]}: mend or remove the line"
+            )
         header[key] = value
     return header
 
 
-def _value(text: str, kind: type) -> Value | None:
+def _value(text: str, kind: type, path: Path) -> Value | None:
     """Return a value of the header, None if it is not of its kind."""
-    value: Value
+    if kind is float:
+        return number(re.sub(r"^([-+]?[0-9]++),([0-9]++)$", r"\1.\2", text))
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        value = parsed_toml(f"value = {text}", where=str(path), error=MotionError)["value"]
+    except MotionError:
         return None
     if isinstance(value, list):
-        return value if kind is list and all(isinstance(name, str) for name in value) else None
-    if kind is float and type(value) in (int, float):
-        return float(value) if np.isfinite(value) else None
-    return value if type(value) is kind else None
+        texts = kind is list and all(isinstance(name, str) for name in value)
+        return [str(name) for name in value] if texts else None
+    return value if isinstance(value, (str, bool)) and isinstance(value, kind) else None
 
 
 def _axes_of_summary(summary: Path) -> dict[str, float]:
     """Return the directions in the first frame that a summary of a conversion states."""
     try:
-        stated = json.loads(summary.read_text(encoding="utf-8"))["first_frame"]
+        data = bytes_of(summary, what="summary", error=MotionError, most_bytes=MOST_SUMMARY_BYTES)
+        stated = json.loads(data)["first_frame"]
         return {name: float(stated[name]) for name in AXES if stated.get(name) is not None}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OverflowError):
         return {}
-
-
-def _columns(lines: list[str], path: Path) -> dict[str, Array]:
-    rows = list(csv.reader(lines))
-    names = rows[0] if rows else []
-    for name in NEEDED:
-        if name not in names:
-            raise MotionError(
-                f"{path} is not a motion file: column {name} is missing "
-                f"(needed are {', '.join(NEEDED)})"
-            )
-    for number, row in enumerate(rows[1:], start=1):
-        if len(row) != len(names):
-            raise MotionError(
-                f"{path}: row {number} has {len(row)} values for {len(names)} columns: mend it"
-            )
-    return {
-        name: np.array([_number(row[k], name, number, path) for number, row in enumerate(rows[1:])])
-        for k, name in enumerate(names)
-        if name in COLUMNS
-    }
-
-
-def _number(text: str, name: str, row: int, path: Path) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise MotionError(
-            f"{path}: {name} = {text!r} in row {row + 1} is not a number: mend it"
-        ) from None

@@ -11,13 +11,15 @@ from __future__ import annotations
 import difflib
 import itertools
 import math
-import tomllib
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.text import quoted
+from geometry2d.foundation.toml import read_toml, shown
 
 EXAMPLE = """\
 [scale]
@@ -69,6 +71,22 @@ DEFAULT_BODIES = {
     "jaw": ("jaw_front", "jaw_back"),
 }
 OPTIONAL_MARKERS = frozenset(DEFAULT_BODIES["jaw"])
+
+MOST_MARKERS = 200
+LONGEST_NAME = 60
+"""Bounds of what is followed in a video, and of a name that fits into a table and a picture."""
+
+LISTED = 12
+"""Names that a message lists at most."""
+
+LARGEST_PX = 1e6
+"""No picture is larger, and no focal length or position in it."""
+
+PLAUSIBLE_MM: dict[tuple[str, ...], tuple[float, float]] = {
+    ("ear", "nose"): (60.0, 200.0),
+    ("package_lower", "package_upper"): (3.0, 300.0),
+}
+"""How far apart standard markers can be, on a person and on a package that a person lifts."""
 
 
 class MarkerFileError(DrinksimError):
@@ -153,14 +171,7 @@ def read_markers(path: Path | str) -> MarkerFile:
         names the key, the value and what to write instead.
     """
     file = Path(path)
-    try:
-        data = tomllib.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise MarkerFileError(f"{file}: no such marker file; check the path") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise MarkerFileError(f"{file}: cannot be read as text ({error})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise MarkerFileError(f"{file}: is not valid TOML: {error}") from None
+    data = read_toml(file, what="marker file", error=MarkerFileError)
     return _Reader(file, data).read()
 
 
@@ -206,10 +217,11 @@ class _Reader:
                 or not all(isinstance(name, str) for name in members)
             ):
                 raise self._error(
-                    f"[bodies] {body} = {members!r}: give a list of marker names, "
-                    'such as ["ear", "nose"]'
+                    f"[bodies] {quoted(body)[1:-1]} = {shown(members)}: give a list of marker "
+                    'names, such as ["ear", "nose"]'
                 )
             bodies[body] = tuple(members)
+        self._check_names([*bodies, *itertools.chain.from_iterable(bodies.values())])
         if not bodies:
             given = set(self._table("markers"))
             bodies = dict(DEFAULT_BODIES)
@@ -218,21 +230,30 @@ class _Reader:
             else:
                 bodies["jaw"] = tuple(name for name in bodies["jaw"] if name in given)
         members_of_all = [name for members in bodies.values() for name in members]
-        doubled = {name for name in members_of_all if members_of_all.count(name) > 1}
+        doubled = sorted(name for name, count in Counter(members_of_all).items() if count > 1)
         if doubled:
-            raise self._error(
-                f"[bodies]: {sorted(doubled)[0]} is listed twice; a marker sits on one body"
-            )
+            raise self._error(f"[bodies]: {doubled[0]} is listed twice; a marker sits on one body")
         chosen = []
         for key, default in (("moving", "package"), ("reference", "head")):
             body = table.get(key, default)
-            if body not in bodies:
+            if not isinstance(body, str) or body not in bodies:
                 hint = _nearest(str(body), bodies)
-                raise self._error(f"[bodies] {key} = {body!r}: is no body of this file{hint}")
+                raise self._error(f"[bodies] {key} = {shown(body)}: is no body of this file{hint}")
             chosen.append(body)
         if chosen[0] == chosen[1]:
             raise self._error(f"[bodies]: moving and reference are both {chosen[0]!r}")
         return bodies, chosen[0], chosen[1]
+
+    def _check_names(self, names: list[str]) -> None:
+        """Refuse names that tables and pictures cannot carry, or more than are ever followed."""
+        for name in names:
+            if not name.isprintable() or name.strip() != name or not 0 < len(name) <= LONGEST_NAME:
+                raise self._error(
+                    f"[bodies]: {quoted(name)} cannot be a name: write letters, digits and signs, "
+                    f"at most {LONGEST_NAME}, without space around them"
+                )
+        if len(names) > MOST_MARKERS:
+            raise self._error(f"[bodies]: {len(names)} names: list at most {MOST_MARKERS}")
 
     def _scale(
         self, bodies: Mapping[str, tuple[str, ...]], moving: str, reference: str
@@ -242,10 +263,17 @@ class _Reader:
         self._known("[scale]", table, [*pairs, *(f"{name}_sigma" for name in pairs)])
         scale = {name: self._number("scale", name) for name in pairs if name in table}
         for name, length in scale.items():
+            pair = bodies[name][:2]
+            low, high = PLAUSIBLE_MM.get(pair, (0.0, math.inf))
             if length <= 0:
                 raise self._error(
-                    f"[scale] {name} = {length}: give the distance between "
-                    f"{bodies[name][0]} and {bodies[name][1]} in mm, more than 0"
+                    f"[scale] {name} = {length}: give the distance between {pair[0]} and "
+                    f"{pair[1]} in mm, more than 0"
+                )
+            if not low <= length <= high:
+                raise self._error(
+                    f"[scale] {name} = {length}: {pair[0]} and {pair[1]} are {low:g} to {high:g} "
+                    "mm apart; measure the distance again and give it in mm"
                 )
         needed = moving if moving in pairs else reference
         if needed not in scale:
@@ -310,7 +338,7 @@ class _Reader:
         polarity = table.get("polarity", "auto")
         if polarity not in POLARITIES:
             raise self._error(
-                f"[tracking] polarity = {polarity!r}: is none of {', '.join(POLARITIES)}"
+                f"[tracking] polarity = {shown(polarity)}: is none of {', '.join(POLARITIES)}"
                 f"{_nearest(str(polarity), POLARITIES)}"
             )
         return str(polarity)
@@ -324,7 +352,7 @@ class _Reader:
         for key in ("image_px", "world_mm"):
             rows = table.get(key)
             if not isinstance(rows, list) or len(rows) != 4:
-                raise self._error(f"[plane] {key}: give four points [[x, y], …], got {rows!r}")
+                raise self._error(f"[plane] {key} = {shown(rows)}: give four points [[x, y], …]")
             sides.append(tuple(self._point(f"[plane] {key}", row) for row in rows))
         return PlanePoints(image_px=sides[0], world_mm=sides[1])
 
@@ -346,13 +374,13 @@ class _Reader:
         self._known("[recording]", table, ["rendered"])
         rendered = table.get("rendered", False)
         if not isinstance(rendered, bool):
-            raise self._error(f"[recording] rendered = {rendered!r}: write true or false")
+            raise self._error(f"[recording] rendered = {shown(rendered)}: write true or false")
         return rendered
 
     def _table(self, name: str) -> dict[str, Any]:
         table = self.data.get(name, {})
         if not isinstance(table, dict):
-            raise self._error(f"{name} = {table!r}: has to be a table, written [{name}]")
+            raise self._error(f"{name} = {shown(table)}: has to be a table, written [{name}]")
         return table
 
     def _number(self, table: str, key: str) -> float:
@@ -360,23 +388,23 @@ class _Reader:
 
     def _finite(self, where: str, value: object) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise self._error(f"{where} = {value!r}: has to be a number")
-        if not math.isfinite(value):
-            raise self._error(f"{where} = {value}: has to be a finite number")
+            raise self._error(f"{where} = {shown(value)}: has to be a number")
+        if not abs(value) <= LARGEST_PX:
+            raise self._error(f"{where} = {shown(value)}: has to be a finite number, not so large")
         return float(value)
 
     def _point(self, where: str, value: object) -> tuple[float, float]:
         if not isinstance(value, list) or len(value) != 2:
-            raise self._error(f"{where} = {value!r}: give two numbers, [x, y]")
+            raise self._error(f"{where} = {shown(value)}: give two numbers, [x, y]")
         return self._finite(where, value[0]), self._finite(where, value[1])
 
     def _known(self, where: str, table: Mapping[str, Any], known: Iterable[str]) -> None:
         allowed = list(known)
         for key in table:
             if key not in allowed:
+                listed = ", ".join(allowed[:LISTED]) + (", …" if len(allowed) > LISTED else "")
                 raise self._error(
-                    f"{where} has no key {key!r}{_nearest(key, allowed)}; "
-                    f"known: {', '.join(allowed)}"
+                    f"{where} has no key {quoted(key)}{_nearest(key, allowed)}; known: {listed}"
                 )
 
     def _error(self, message: str) -> MarkerFileError:

@@ -12,12 +12,21 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.delimited import NamedTable, read_named_table, safe_cell
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.text import quoted
 
 Array: TypeAlias = NDArray[np.float64]
 
 COLUMNS = ("frame", "time_s", "marker", "x_px", "y_px", "sigma_px", "status")
 STATUSES = ("seen", "predicted", "lost", "fixed")
+
+MOST_FRAMES = 10**9
+LARGEST_PX = 1e6
+"""Bounds of a frame's number and of a place in a picture."""
+
+MOST_CELLS = 2_000_000
+"""Frames times markers of a table; one with more rows than that may have as many."""
 
 
 class TracksError(DrinksimError):
@@ -98,11 +107,14 @@ class Tracks:
                     numbers = ("", "", "")
                     if math.isfinite(x):
                         numbers = (f"{x:.4f}", f"{y:.4f}", f"{self.sigma_px[i, k]:.4f}")
-                    writer.writerow([frame, f"{time:.6f}", name, *numbers, self.status[i, k]])
+                    cells = [frame, f"{time:.6f}", safe_cell(name), *numbers, self.status[i, k]]
+                    writer.writerow(cells)
 
 
 def read_tracks(path: Path | str) -> Tracks:
     """Return the tracks in a ``tracks.csv``; rows may be missing, but none may be there twice.
+
+    Cells may be separated by commas, semicolons or tabs (:mod:`geometry2d.foundation.delimited`).
 
     Raises
     ------
@@ -110,98 +122,100 @@ def read_tracks(path: Path | str) -> Tracks:
         Naming the file, the line, the value and the remedy.
     """
     file = Path(path)
-    cells: dict[tuple[int, str], tuple[float, float, float, str]] = {}
-    times: dict[int, float] = {}
-    names: list[str] = []
-    for line, row in _rows(file):
-        where = f"{file} line {line}"
-        frame, time, x, y, sigma = _numbers(where, row)
-        marker, status = row["marker"].strip(), row["status"].strip()
+    table = read_named_table(file, COLUMNS, what="table of tracks", error=TracksError)
+    frames = _frame_numbers(table)
+    times = table.numbers("time_s").tolist()
+    position, sigma = _places(table)
+    names: dict[str, int] = {}
+    time_of: dict[int, float] = {}
+    cell_of: dict[tuple[int, str], int] = {}
+    rows = zip(table.rows, frames, times, table.texts("marker"), table.texts("status"), strict=True)
+    for k, (row, frame, time, marker, status) in enumerate(rows):
+        where = f"{file} line {row.line}"
         if not marker:
-            raise TracksError(f"{where}: has no marker name")
+            raise TracksError(f"{where}: has no marker name; write one")
         if status not in STATUSES:
-            raise TracksError(f"{where}: status {status!r} is none of {', '.join(STATUSES)}")
-        if (frame, marker) in cells:
-            raise TracksError(f"{where}: frame {frame} of {marker} is there twice; remove one row")
-        if times.setdefault(frame, time) != time:
-            raise TracksError(f"{where}: frame {frame} has times {times[frame]} and {time} s")
-        if status != "lost" and not (math.isfinite(x) and math.isfinite(y)):
+            raise TracksError(
+                f"{where}: status {quoted(status)} is none of {', '.join(STATUSES)}; write one"
+            )
+        if (frame, marker) in cell_of:
+            raise TracksError(
+                f"{where}: frame {frame} of {quoted(marker)} is there twice; remove one row"
+            )
+        if time_of.setdefault(frame, time) != time:
+            raise TracksError(
+                f"{where}: frame {frame} has times {time_of[frame]} and {time} s; write one time"
+            )
+        if status != "lost" and not np.isfinite(position[k]).all():
             raise TracksError(f"{where}: is {status!r} without a position; write it or 'lost'")
-        if marker not in names:
-            names.append(marker)
-        cells[frame, marker] = (x, y, sigma, status)
-    if not cells:
-        raise TracksError(f"{file}: holds no rows below its header")
-    return _table(file, cells, times, names)
+        names.setdefault(marker, len(names))
+        cell_of[frame, marker] = k
+    if len(time_of) * len(names) > max(MOST_CELLS, len(table.rows)):
+        raise TracksError(
+            f"{file}: {len(table.rows)} rows name {len(names)} markers in {len(time_of)} frames, "
+            "most of them once; a marker has the same name in every frame"
+        )
+    return _tracks(file, table, position, sigma, names, time_of, cell_of)
 
 
-def _table(
+def _tracks(
     file: Path,
-    cells: dict[tuple[int, str], tuple[float, float, float, str]],
-    times: dict[int, float],
-    names: list[str],
+    table: NamedTable,
+    positions: Array,
+    sigmas: Array,
+    names: dict[str, int],
+    time_of: dict[int, float],
+    cell_of: dict[tuple[int, str], int],
 ) -> Tracks:
     """Return the rows of a file as a table of frames and markers."""
-    frames = sorted(times)
-    time_s = np.array([times[frame] for frame in frames])
+    frames = sorted(time_of)
+    time_s = np.array([time_of[frame] for frame in frames])
     if np.any(np.diff(time_s) <= 0):
         k = int(np.argmax(np.diff(time_s) <= 0))
         raise TracksError(
             f"{file}: frame {frames[k + 1]} ({time_s[k + 1]} s) is not later than frame "
-            f"{frames[k]} ({time_s[k]} s)"
+            f"{frames[k]} ({time_s[k]} s); mend the times"
         )
     position = np.full((len(frames), len(names), 2), np.nan)
     sigma = np.full((len(frames), len(names)), np.nan)
     status = np.full((len(frames), len(names)), "lost", dtype="<U9")
     row_of = {frame: i for i, frame in enumerate(frames)}
-    for (frame, marker), (x, y, spread, state) in cells.items():
-        i, k = row_of[frame], names.index(marker)
-        if state != "lost":
-            position[i, k], sigma[i, k] = (x, y), spread
-        status[i, k] = state
+    states = table.texts("status")
+    for (frame, marker), row in cell_of.items():
+        i, k = row_of[frame], names[marker]
+        if states[row] != "lost":
+            position[i, k], sigma[i, k] = positions[row], sigmas[row]
+        status[i, k] = states[row]
     return Tracks(np.array(frames), time_s, tuple(names), position, sigma, status)
 
 
-def _rows(file: Path) -> list[tuple[int, dict[str, str]]]:
-    """Return the rows of a CSV file with their line numbers, its header checked."""
-    try:
-        with file.open(newline="", encoding="utf-8-sig") as handle:
-            reader = csv.DictReader(handle)
-            header = tuple(reader.fieldnames or ())
-            missing = [name for name in COLUMNS if name not in header]
-            if missing:
-                raise TracksError(
-                    f"{file}: its header lacks {', '.join(missing)}; expected {','.join(COLUMNS)}"
-                )
-            rows = [(reader.line_num, row) for row in reader]
-    except FileNotFoundError:
-        raise TracksError(f"{file}: no such file of tracks; check the path") from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise TracksError(f"{file}: cannot be read as CSV ({error})") from None
-    for line, row in rows:
-        if None in row.values() or None in row:
-            raise TracksError(f"{file} line {line}: has not {len(header)} columns like the header")
-    return rows
+def _frame_numbers(table: NamedTable) -> list[int]:
+    """Return the number of the frame of each row."""
+    numbers = table.numbers("frame")
+    wrong = (numbers != np.floor(numbers)) | (numbers < 0) | (numbers > MOST_FRAMES)
+    if wrong.any():
+        at = int(np.argmax(wrong))
+        raise TracksError(
+            f"{table.file} line {table.rows[at].line}: frame = "
+            f"{quoted(table.texts('frame')[at])} is not a frame number; write 0, 1, 2, …"
+        )
+    return [int(number) for number in numbers]
 
 
-def _numbers(where: str, row: dict[str, str]) -> tuple[int, float, float, float, float]:
-    """Return frame, time, x, y and standard error of a row; empty cells are nan."""
-    values = []
-    for column in ("frame", "time_s", "x_px", "y_px", "sigma_px"):
-        text = row[column].strip()
-        optional = column in ("x_px", "y_px", "sigma_px")
-        try:
-            value = math.nan if optional and not text else float(text)
-        except ValueError:
-            raise TracksError(f"{where}: {column} = {text!r} is not a number") from None
-        if text and not math.isfinite(value):
-            raise TracksError(f"{where}: {column} = {text!r} is not a finite number")
-        values.append(value)
-    if values[0] != int(values[0]) or values[0] < 0:
-        raise TracksError(f"{where}: frame = {row['frame']!r} is not a frame number")
-    if values[4] < 0:
-        raise TracksError(f"{where}: sigma_px = {values[4]} is negative")
-    return int(values[0]), values[1], values[2], values[3], values[4]
+def _places(table: NamedTable) -> tuple[Array, Array]:
+    """Return position (n, 2) and standard error (n,) of each row, px; nan where cells are empty."""
+    x, y, sigma = (table.numbers(name, blank=True) for name in ("x_px", "y_px", "sigma_px"))
+    for name, values, least in (("x_px", x, -LARGEST_PX), ("y_px", y, -LARGEST_PX),
+                                ("sigma_px", sigma, 0.0)):  # fmt: skip
+        wrong = (values < least) | (values > LARGEST_PX)
+        if wrong.any():
+            at = int(np.argmax(wrong))
+            problem = "negative" if name == "sigma_px" and values[at] < 0 else "off every picture"
+            raise TracksError(
+                f"{table.file} line {table.rows[at].line}: {name} = {values[at]:g} is {problem}; "
+                "write it in px"
+            )
+    return np.column_stack([x, y]), sigma
 
 
 def _gaps(known: NDArray[np.bool_]) -> list[tuple[int, int]]:

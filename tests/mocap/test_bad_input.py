@@ -195,11 +195,11 @@ CASES: dict[str, tuple[Callable[[Path], Inputs], str]] = {
     ),
     "row there twice": (
         lambda folder: tracks_file(folder, "3,0.12,ear,1,2,0.1,seen\n" * 2),
-        r"in\.csv line 3: frame 3 of ear is there twice; remove one row",
+        r"in\.csv line 3: frame 3 of 'ear' is there twice; remove one row",
     ),
     "row cut short": (
         lambda folder: tracks_file(folder, "3,0.12,ear,1,2,0.1,seen\n4,0.16,ear,1"),
-        r"in\.csv line 3: has not 7 columns like the header",
+        r"in\.csv line 3: was cut short in its last row",
     ),
     "no rows": (lambda folder: tracks_file(folder, ""), r"holds no rows below its header"),
     "tracks of another video": (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import sys
 from dataclasses import replace
@@ -10,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
 
 from geometry2d.rigid import RigidMotion, rotated
 from mocap.motion.errors import MotionError
@@ -97,19 +100,38 @@ def test_the_relative_columns_are_enough(tmp_path: Path) -> None:
     assert len(found.plot().axes) == 6
 
 
+HEADER = "time_s,rel_x_mm,rel_y_mm,rel_theta_deg\n"
+SOUND = HEADER + "0.00,1.50,2.50,3.50\n0.04,1.25,2.50,3.50\n"
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("time_s,rel_x_mm\n0,1\n", "column rel_y_mm is missing"),
-        ("", "column time_s is missing"),
-        ("time_s,rel_x_mm,rel_y_mm,rel_theta_deg\n0,1,2,3\n", "1 instants"),
-        ("time_s,rel_x_mm,rel_y_mm,rel_theta_deg\n0,1,2,3\n1,1,2\n", "row 2 has 3 values for 4"),
-        ("time_s,rel_x_mm,rel_y_mm,rel_theta_deg\n0,1,2,3\n1,a,2,3\n", "rel_x_mm = 'a' in row 2"),
-        ("time_s,rel_x_mm,rel_y_mm,rel_theta_deg\n0,1,2,3\n1,1,nan,3\n", "row 2 is not finite"),
-        ("time_s,rel_x_mm,rel_y_mm,rel_theta_deg\n1,1,2,3\n1,1,2,3\n", "do not increase after 1 s"),
-        ("# head_axis_deg = wide\ntime_s,rel_x_mm,rel_y_mm,rel_theta_deg\n", "is no number"),
-        ("# rendered = 1\ntime_s,rel_x_mm,rel_y_mm,rel_theta_deg\n", "is no true or false"),
-        ("# head_markers = [1]\ntime_s,rel_x_mm,rel_y_mm,rel_theta_deg\n", "is no list of texts"),
+        ("time_s,rel_x_mm\n0,1\n", "header lacks rel_y_mm, rel_theta_deg"),
+        ("", "is empty; a motion file begins with time_s,rel_x_mm"),
+        (HEADER + "0,1,2,3\n", "1 instants"),
+        (
+            HEADER + "0,1,2,3\n1,1,2\n",
+            "line 3: has 3 cells and the header 4",
+        ),
+        (
+            HEADER + "0,1,2,3\n1,a,2,3\n",
+            "line 3: rel_x_mm = 'a' is not a",
+        ),
+        (
+            HEADER + "0,1,2,3\n1,1,nan,3\n",
+            "line 3: rel_y_mm = 'nan' is not",
+        ),
+        (HEADER + "1,1,2,3\n1,1,2,3\n", "do not increase after 1 s"),
+        (f"# head_axis_deg = wide\n{SOUND}", "'# head_axis_deg = wide' is no number"),
+        (f"# head_axis_deg = {'9' * 5000}\n{SOUND}", "is no number"),
+        (f"# head_axis_deg = nan\n{SOUND}", "is no number"),
+        (f"# rendered = 1\n{SOUND}", "is no true or false"),
+        (f"# head_markers = [1]\n{SOUND}", "is no list of texts"),
+        (f"# head_markers = {'[' * 5000}\n{SOUND}", "is no list of texts"),
+        (f"# {'x' * 200_000}\n{SOUND}", "a line of its header has 200002 characters"),
+        (SOUND[:-3], "line 3: was cut short in its last row"),
+        (SOUND.replace(",", ";").replace("1.25", "1,25"), "decimal points and decimal commas"),
     ],
 )
 def test_a_broken_file_is_named_with_what_is_wrong(tmp_path: Path, text: str, words: str) -> None:
@@ -118,6 +140,70 @@ def test_a_broken_file_is_named_with_what_is_wrong(tmp_path: Path, text: str, wo
     with pytest.raises(MotionError, match=words) as caught:
         Motion.read(file)
     assert str(file) in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_another_encoding_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "motion.csv"
+    file.write_bytes(f"# frèd\n{SOUND}".encode("latin-1"))
+    with pytest.raises(MotionError, match=r"motion\.csv line 1: byte 0xe8 is not UTF-8.*Latin-1"):
+        Motion.read(file)
+
+
+def saved_by_a_spreadsheet(file: Path, separator: str, decimal: str) -> None:
+    """Write a file anew as spreadsheets do: all rows equally wide, text in quotes if need be."""
+    lines = file.read_text(encoding="utf-8").splitlines()
+    stream = io.StringIO()
+    writer = csv.writer(stream, delimiter=separator, lineterminator="\r\n")
+    for line in lines:
+        cells = line.split(",")
+        if decimal == "," and "#" not in line and "time_s" not in line:
+            cells = [cell.replace(".", ",") for cell in cells]
+        elif decimal == "," and "_deg = " in line:
+            cells = [line.replace(".", ",")]
+        elif separator != "," and line.startswith("#"):
+            cells = [line]
+        writer.writerow(cells + [""] * (len(COLUMNS) - len(cells)))
+    stated = f"sep={separator}\r\n" if separator == ";" else ""
+    file.write_bytes(b"\xef\xbb\xbf" + (stated + stream.getvalue()).encode())
+
+
+@pytest.mark.parametrize(
+    ("separator", "decimal"), [(",", "."), (";", ","), (";", "."), ("\t", ",")]
+)
+def test_a_spreadsheet_may_have_written_the_file(
+    tmp_path: Path, separator: str, decimal: str
+) -> None:
+    file = tmp_path / "motion.csv"
+    motion().write(file)
+    sound = Motion.read(file)
+    saved_by_a_spreadsheet(file, separator, decimal)
+    again = Motion.read(file)
+    assert again.head_body == sound.head_body and again.package_body == sound.package_body
+    np.testing.assert_array_equal(again.relative_mm, sound.relative_mm)
+    assert again.rendered == sound.rendered
+
+
+@settings(
+    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 4), min_size=2, max_size=9),
+    st.text(min_size=1),
+    st.lists(st.text(), max_size=3),
+    st.floats(-180, 180),
+    st.booleans(),
+)
+@example([(0.0, 0.0, 0.0, 0.0)] * 2, "\x7f\u2028", ['"', "#", ","], 0.1, True)
+def test_any_motion_comes_back_from_its_file(
+    tmp_path: Path, rows: list[tuple[float, ...]], name: str, markers: list[str], axis: float,
+    rendered: bool,
+) -> None:  # fmt: skip
+    table = np.array(rows)
+    time = np.arange(len(rows)) * 0.04
+    body = MarkedBody(name, tuple(markers), float(np.radians(axis)))
+    whole = Motion.of(time, table[:, :2], table[:, 2], head_body=body, rendered=rendered)
+    whole.write(tmp_path / "motion.csv")
+    assert Motion.read(tmp_path / "motion.csv") == whole.rounded()
 
 
 def test_a_missing_file_is_named() -> None:

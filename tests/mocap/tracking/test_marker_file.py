@@ -120,6 +120,17 @@ reference = "wall"
         ("[markers]", "[plane]\nimage_px = [[1, 2]]\n[markers]", ["image_px", "four points"]),
         ("[markers]", "[bodies]\nhead = ['ear', 'ear']\n[markers]", ["listed twice"]),
         ("[markers]", "[bodies]\nmoving = 'hed'\n[markers]", ["hed", "did you mean 'head'"]),
+        ("[markers]", "[bodies]\nmoving = ['head']\n[markers]", ['moving = ["head"]', "no body"]),
+        ("[markers]", '[bodies]\nhead = ["e\\nar"]\n[markers]', [r"'e\nar' cannot be a name"]),
+        ("[markers]", f"[bodies]\nhead = ['{'x' * 99}']\n[markers]", ["cannot be a name"]),
+        ("[markers]", f"[bodies]\nhead = {list(map(str, range(500)))}\n[markers]", ["at most 200"]),
+        ("[markers]", "[bodies]\nhead = true\n[markers]", ["head = true", "list of marker names"]),
+        ("package = 14.0", "package = 1.4", ["package = 1.4", "3 to 300 mm", "give it in mm"]),
+        ("head = 104.3", "head = 10.43", ["head = 10.43", "ear and nose are 60 to 200 mm"]),
+        ("package = 14.0", f"package = {'9' * 5000}", ["too many digits"]),
+        ("package = 14.0", "package = 1e300", ["package = 1e+300", "not so large"]),
+        ("ear = [460.0, 300.0]", f"ear = {'[' * 900}{']' * 900}", ["nested more than"]),
+        ("ear = [460.0, 300.0]", "ear = 1979-05-27", ["ear = 1979-05-27", "two numbers"]),
     ],
 )
 def test_mistakes_are_named_with_a_remedy(
@@ -133,6 +144,19 @@ def test_mistakes_are_named_with_a_remedy(
     assert "\n" not in message.split("TOML", maxsplit=1)[0]
     for word in words:
         assert word in message
+
+
+def test_another_encoding_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "markers.toml"
+    path.write_bytes(f"# mètre\n{GOOD}".encode("latin-1"))
+    with pytest.raises(MarkerFileError, match=r"line 1: byte 0xe8 is not UTF-8.*Latin-1"):
+        read_markers(path)
+
+
+def test_many_bodies_are_refused_soon(tmp_path: Path) -> None:
+    bodies = "".join(f"b{k} = ['m{k}']\n" for k in range(40_000))
+    with pytest.raises(MarkerFileError, match="list at most 200"):
+        read(tmp_path, GOOD + "[bodies]\n" + bodies)
 
 
 def test_no_such_file(tmp_path: Path) -> None:

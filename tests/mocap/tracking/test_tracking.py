@@ -331,9 +331,9 @@ def test_bad_input_leaves_nothing_behind(tmp_path: Path) -> None:
     [
         ("0,0.000000,ear", "0,0.000000,eer", "marker 'eer' is not in"),
         (",seen", ",sene", "status 'sene' is none of"),
-        ("0,0.000000,ear,", "0,0.000000,ear,x", "is not a number"),
+        ("0,0.000000,ear,", "0,0.000000,ear,x", "is not a finite number"),
         ("0,0.000000,", "0,inf,", "not a finite number"),
-        ("0,0.000000,ear,", "0,0.000000,ear,7,", "has not 7 columns"),
+        ("0,0.000000,ear,", "0,0.000000,ear,7,", "has 8 cells and the header 7"),
         ("frame,time_s", "frame,zeit", "lacks time_s"),
     ],
 )
