@@ -37,12 +37,13 @@ from fem2d.analyses.wrinkling import Layer, StabilityError, wrinkling
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.contact.self_contact import SelfContactResponse
+from fem2d.loads.load import Load
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import Commit, StepSettings, march
-from fem2d.solvers.model import System
+from fem2d.solvers.model import Model
 from geometry2d.rigid import RigidMotion
 from tests.support.squeezed_block import squeezed
 
@@ -124,8 +125,8 @@ def block(layers: dict[str, Layer], plane: Plane, length: float, size: float) ->
 class Seen:
     """What happened first at which nominal compression; nan if it did not."""
 
-    def __init__(self, system: System, length: float, creases_at: float) -> None:
-        self._surface = system.folds[0].surfaces[0]
+    def __init__(self, system: Model, length: float, creases_at: float) -> None:
+        self._surface = system.contacts[-1].surfaces[0]
         still = self._surface.positions(np.zeros_like(system.body.nodes))[..., 0]
         self._beside_plane = np.minimum(still, length - still) < APART_MM / 2
         self._length, self._creases_at = length, creases_at
@@ -145,7 +146,7 @@ class Seen:
             self.unstable = strain
         if math.isnan(self.valley_creases) and valley >= self._creases_at:
             self.valley_creases = strain
-        fold, walls = commit.folds[0], commit.contacts
+        fold, walls = commit.contacts[-1], commit.contacts
         touching = fold.touching.size > 0 or any(np.any(w.points.pressure > 0) for w in walls)
         if math.isnan(self.touching) and touching:
             self.touching, self.valley_until_touching = strain, self.valley_most
@@ -180,7 +181,7 @@ def compressed(skin: str, plane: Plane, size: float, creases_at: float) -> None:
     result = march(
         system,
         motion,
-        system.state_at_rest(0.0, motion.at(0.0), next_step_s=0.5 * step),
+        system.at_rest(Load.at(motion.at(0.0), 0.0), next_step_s=0.5 * step),
         solver=fastest_solver(),
         steps=StepSettings(
             longest_s=step, travel_mm=0.2, accuracy_mm=math.inf, watch_stability=True

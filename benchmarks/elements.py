@@ -16,10 +16,12 @@ import skfem
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
+from fem2d.loads.load import Load
 from fem2d.materials.library import material_named
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.solvers.linear import fastest_solver
-from fem2d.solvers.static import Load, Settled, StaticSystem, advance, equilibrium
+from fem2d.solvers.model import Model
+from fem2d.solvers.static import StaticResult, kept_at, solve_static, static_path
 from scenarios.studies.element_types import COOK_MIDDLE_MM, cook_rise
 
 # (element, cells): about the same numbers of unknowns in a row
@@ -46,11 +48,14 @@ def strip_tip(element: str, along: int, across: int) -> float:
     shares = (1 / 6, 1 / 6, 2 / 3) if edges.shape[1] == 3 else (0.5, 0.5)
     for nodes, share in zip(edges.T, shares, strict=True):
         np.add.at(load[:, 1], nodes, -share * 1e-5 / across)
-    found = equilibrium(body, np.concatenate([2 * left, 2 * left + 1]), dead_n=load.ravel())
+    model = Model(body, held=np.concatenate([2 * left, 2 * left + 1]))
+    found = solve_static(model, Load(dead_n=load.ravel()))
     return float(-found.displacement[right, 1].mean())
 
 
-def pressed(element: str, plane: Plane, across: int, up: int) -> tuple[list[Settled], float, float]:
+def pressed(
+    element: str, plane: Plane, across: int, up: int
+) -> tuple[list[StaticResult], float, float]:
     mesh = grid(element, np.linspace(0, 20, across + 1), np.linspace(0, 12, up + 1))
     mesh = mesh.with_subdomains(
         {"dermis": lambda x: x[1] > 10.8, "bulk": lambda x: x[1] < 10.8}
@@ -63,11 +68,12 @@ def pressed(element: str, plane: Plane, across: int, up: int) -> tuple[list[Sett
     top, low = body.boundary_nodes("top"), body.boundary_nodes("bottom")
     fixed = np.concatenate([2 * low, 2 * low + 1, 2 * top, 2 * top + 1])
     values = np.repeat([0.0, 2.4, -3.6], [2 * len(low), len(top), len(top)])
-    system, solver = StaticSystem(body, fixed), fastest_solver()
-    found = [system.undeformed()]
+    model, solver = Model(body, held=fixed), fastest_solver()
+    found = [kept_at(model)]
     for share in np.linspace(0, 1, 11)[1:]:
-        way = advance(system, found[-1], Load(held_mm=share * values), solver=solver)
-        found += [state for state in way if state.found]
+        load = Load(held_mm=share * values)
+        way = static_path(model, load, start=found[-1], solver=solver)
+        found += [result for result in way if result.converged]
     reached = float(found[-1].displacement[top, 1].mean()) / -3.6
     return found[1:], reached, float(found[-1].reaction[2 * top + 1].sum())
 

@@ -26,11 +26,11 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
+from fem2d.loads.load import Load
 from fem2d.loads.tie import ElasticTie
-from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import Commit, MarchStatus, StepSettings, march
-from fem2d.solvers.model import System
+from fem2d.solvers.model import Model
 from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.state import State
 from geometry2d.mesh import polygon_mesh
@@ -89,7 +89,7 @@ def graded(edge_mm: float) -> skfem.MeshTri:
     )
 
 
-def model(name: str) -> System:
+def model(name: str) -> Model:
     case = CASES[name]
     width, height = LIP_PRESS_SIZE_MM
     if case.edge_mm is None:
@@ -106,24 +106,24 @@ def model(name: str) -> System:
         body.edges("top"), body.nodes, points_per_edge=2, at_nodes=case.edge_mm is not None
     )
     pair = RigidContact(
-        "circle",
         top,
         LIP_PRESS_CIRCLE,
-        NormalLaw(case.penalty_mpa_per_mm, 1e-9 if not case.own_steps else 1e-3),
-        FrictionLaw(1.0, 10.0),
+        normal=NormalLaw(case.penalty_mpa_per_mm, 1e-9 if not case.own_steps else 1e-3),
+        friction=FrictionLaw(1.0, 10.0),
+        name="circle",
     )
     bottom = Surface(body.edges("bottom"), body.nodes)
-    return System(body, (pair,), (ElasticTie("bottom", bottom, 1e4, 0.0),), Inertia(0.0))
+    return Model(body, contacts=(pair,), ties=(ElasticTie("bottom", bottom, 1e4, 0.0),))
 
 
 def pressed(
-    system: System, end_s: float, *, increments: int, start: State | None = None, commits=None
+    system: Model, end_s: float, *, increments: int, start: State | None = None, commits=None
 ) -> State:
     """March to ``end_s`` in equal increments and return the state there."""
     begin = 0.0 if start is None else start.time_s
     step = (end_s - begin) / increments
     if start is None:
-        start = system.state_at_rest(0.0, LIP_PRESS.at(0.0), next_step_s=step)
+        start = system.at_rest(Load.at(LIP_PRESS.at(0.0), 0.0), next_step_s=step)
     kept: list[Commit] = [] if commits is None else commits
     result = march(
         system,
@@ -142,12 +142,12 @@ def pressed(
     return result.state
 
 
-def run(system: System, own_steps: bool) -> tuple[list[Commit], float, float]:
+def run(system: Model, own_steps: bool) -> tuple[list[Commit], float, float]:
     """Return all increments, seconds on the wall and seconds of processor."""
     commits: list[Commit] = []
     begin, begin_processor = time.perf_counter(), time.process_time()
     if own_steps:
-        start = system.state_at_rest(0.0, LIP_PRESS.at(0.0), next_step_s=0.05)
+        start = system.at_rest(Load.at(LIP_PRESS.at(0.0), 0.0), next_step_s=0.05)
         result = march(
             system, LIP_PRESS, start, solver=fastest_solver(threads=2),
             steps=StepSettings(longest_s=0.06, travel_mm=0.2, accuracy_mm=np.inf),

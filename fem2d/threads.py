@@ -1,12 +1,94 @@
-"""The one thread that takes half of the solver's work: half of the elements, or a whole part."""
+"""The threads that mechanics computes on, and how they share the interpreter."""
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from threading import Lock
+from typing import ParamSpec, TypeVar
+
+from geometry2d.foundation.errors import DrinksimError
+
+P = ParamSpec("P")
+Result = TypeVar("Result")
+
+SWITCH_S = 5e-4
+"""How long a thread may keep the interpreter from another. By default ten times as long, for which
+the solver, back from a factorisation, would wait while the last increment is reported: a tenth of
+a replay's time."""
 
 
-@cache
-def second_thread() -> ThreadPoolExecutor:
-    """Return the thread; what runs on it must not hand anything to it."""
-    return ThreadPoolExecutor(max_workers=1, thread_name_prefix="second")
+class ThreadsError(DrinksimError):
+    """Threads were asked for that mechanics cannot use."""
+
+
+class Threads:
+    """One or two threads. How many there are changes no bit of a result.
+
+    Kernels and factorisations release the interpreter, so two of them run side by side. A task
+    that itself hands tasks to the same threads gets them done, one after another, where it runs.
+
+    Parameters
+    ----------
+    count
+        1: everything runs on the caller's thread; 2: half of the work runs on a second one.
+    """
+
+    def __init__(self, count: int = 2) -> None:
+        if count not in {1, 2}:
+            raise ThreadsError(f"count = {count}: mechanics computes on 1 or 2 threads")
+        self.count = count
+        self._pool = ThreadPoolExecutor(max_workers=1, thread_name_prefix="second")
+        self._free = Lock()
+
+    def __repr__(self) -> str:
+        return f"Threads({self.count})"
+
+    def run(self, tasks: Sequence[Callable[[], Result]]) -> list[Result]:
+        """Return what tasks return: the first one's here, the others' on the second thread."""
+        if len(tasks) < 2 or self.count == 1 or not self._free.acquire(blocking=False):
+            return [task() for task in tasks]
+        try:
+            first, *others = tasks
+            waiting = [self._pool.submit(task) for task in others]
+            try:
+                results = [first()]
+            finally:
+                wait(waiting)
+            return results + [other.result() for other in waiting]
+        finally:
+            self._free.release()
+
+    def aside(self) -> Executor:
+        """Return what does tasks, in order, beside everything else; on one thread, at once."""
+        return ThreadPoolExecutor(1, "aside") if self.count > 1 else _AtOnce()
+
+    @contextmanager
+    def tuned(self) -> Iterator[None]:
+        """Let threads hand the interpreter to one another quickly, as long as the context lasts."""
+        before = sys.getswitchinterval()
+        sys.setswitchinterval(min(before, SWITCH_S))
+        try:
+            yield
+        finally:
+            sys.setswitchinterval(before)
+
+
+class _AtOnce(Executor):
+    """Does a task when it is submitted."""
+
+    def submit(
+        self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs
+    ) -> Future[Result]:
+        future: Future[Result] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except BaseException as error:
+            future.set_exception(error)
+        return future
+
+
+ONE_THREAD = Threads(1)
+"""Everything on the caller's thread."""

@@ -29,8 +29,10 @@ from numpy.typing import NDArray
 from fem2d.analyses.wrinkling import free_height
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
+from fem2d.loads.load import Load
 from fem2d.materials.material import Material
-from fem2d.solvers.static import Settled, equilibrium
+from fem2d.solvers.model import Model
+from fem2d.solvers.static import StaticResult, kept_at, solve_static
 from geometry2d.foundation.errors import DrinksimError
 
 Array = NDArray[np.float64]
@@ -239,7 +241,7 @@ class _HalfDisc:
             f"where the fold touches itself did not settle at a compression of {strain:.1%}"
         )
 
-    def _held(self, strain: float, fold: _Fold) -> Settled:
+    def _held(self, strain: float, fold: _Fold) -> StaticResult:
         """Return the equilibrium of depth 1 with a fold's nodes held on the middle plane."""
         target = self.flat(strain)
         target[0, 1] = -1.0
@@ -252,11 +254,13 @@ class _HalfDisc:
         folded = self.body.response(fold.displacement).energy
         return folded - self.body.response(self.flat(strain)).energy
 
-    def _rest(self, held: Index, target: Array, start: Array, strain: float) -> Settled:
+    def _rest(self, held: Index, target: Array, start: Array, strain: float) -> StaticResult:
         """Return the equilibrium with unknowns held at ``target``, besides rim and middle plane."""
         fixed = np.unique(np.concatenate([held, 2 * self.middle, 2 * self.rim, 2 * self.rim + 1]))
-        rest = equilibrium(self.body, fixed, target.ravel()[fixed], start=start)
-        if not rest.found:
+        model = Model(self.body, held=fixed)
+        load = Load(held_mm=target.ravel()[fixed])
+        rest = solve_static(model, load, start=kept_at(model, start))
+        if not rest.converged:
             raise CreasingError(f"a fold found no equilibrium at a compression of {strain:.1%}")
         return rest
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from fem2d.body.elements import Element, Tables, element_named
 from fem2d.body.kinematics import Plane
 from fem2d.body.sparse import SparsePattern
 from fem2d.materials.material import Material, MaterialError
-from fem2d.threads import second_thread
+from fem2d.threads import ONE_THREAD, Threads
 from geometry2d.foundation.errors import DrinksimError
 
 Array = NDArray[np.float64]
@@ -115,8 +115,7 @@ class Body:
     pattern
         Sparsity pattern of the stiffness.
     in_halves
-        Whether one half of the elements is summed on the second thread, which a body that is
-        itself looked after there must not ask for.
+        Whether a large body is summed in two halves, which two threads can share.
     """
 
     mesh: skfem.Mesh
@@ -198,10 +197,10 @@ class Body:
         """(n, 2) reference positions of all nodes, mm, mid-side nodes included."""
         return self.tables.nodes
 
-    def piece(self, nodes: NDArray[np.integer]) -> Body:
+    def component(self, nodes: NDArray[np.integer]) -> Body:
         """Return the body made of the elements on some nodes (n,), ascending, and no others.
 
-        Its nodes have the same order, and it is not summed in halves.
+        Its nodes have the same order. It is summed in one go, because components share the threads.
 
         Raises
         ------
@@ -214,7 +213,9 @@ class Body:
         elements = np.flatnonzero(connectivity[:, 0] >= 0)
         connectivity = connectivity[elements]
         if not np.array_equal(np.unique(connectivity), np.arange(len(nodes))):
-            raise BodyError(f"{len(nodes)} nodes are no piece of the body: elements share others")
+            raise BodyError(
+                f"{len(nodes)} nodes are no component: their elements have other nodes too"
+            )
         mesh = self.mesh.restrict(elements)
         tables = Tables.of(mesh, self.element)
         renumbered = np.empty(len(nodes), np.int64)
@@ -229,18 +230,21 @@ class Body:
             in_halves=False,
         )
 
-    def response(self, u: ArrayLike, *, psd: bool = False) -> Response:
+    def response(
+        self, u: ArrayLike, *, psd: bool = False, threads: Threads = ONE_THREAD
+    ) -> Response:
         """Return energy, force and stiffness at displacements ``u`` (n, 2), mm.
 
         A pure function. With ``psd`` the tangent of every integration point is clamped to
         positive semi-definite, which makes any step downhill; the force stays exact. An
-        inadmissible ``u`` gives infinite energy and finite arrays.
+        inadmissible ``u`` gives infinite energy and finite arrays. ``threads`` share the work and
+        change no bit.
         """
-        return self._assembled(u, 2, psd)
+        return self._assembled(u, 2, psd, threads)
 
     def energy_and_force(self, u: ArrayLike) -> Response:
         """Return energy and force at displacements ``u`` (n, 2), mm, without the stiffness."""
-        return self._assembled(u, 1, False)
+        return self._assembled(u, 1, False, ONE_THREAD)
 
     def fields(self, u: ArrayLike) -> Fields:
         """Return strains and stresses at displacements ``u`` (n, 2), mm.
@@ -368,7 +372,7 @@ class Body:
             )
         return displacement
 
-    def _assembled(self, u: ArrayLike, order: int, psd: bool) -> Response:
+    def _assembled(self, u: ArrayLike, order: int, psd: bool, threads: Threads) -> Response:
         displacement = self._displacement(u)
 
         def summed(first: int, last: int) -> Response:
@@ -400,9 +404,8 @@ class Body:
         elements = len(self.tables.connectivity)
         if elements < SMALL_BODY or not self.in_halves:
             return summed(0, elements)
-        other = second_thread().submit(summed, elements // 2, elements)
-        half = summed(0, elements // 2)
-        rest = other.result()
+        middle = elements // 2
+        half, rest = threads.run([partial(summed, 0, middle), partial(summed, middle, elements)])
         half.force[:] += rest.force
         half.stiffness[:] += rest.stiffness
         return Response(half.energy + rest.energy, half.force, half.stiffness)

@@ -123,6 +123,12 @@ class Surface:
         dofs: Index = (2 * self.edges[:, :, None] + np.arange(2)).reshape(len(self.edges), -1)
         return dofs
 
+    def scattered(self, nodal: Array) -> Array:
+        """Return forces on all unknowns (2n,) from those on :attr:`dofs` (m, 2k)."""
+        total = np.zeros(2 * len(self.nodes))
+        np.add.at(total, self.dofs, nodal)
+        return total
+
     def positions(self, displacement: Array) -> Array:
         """Return the deformed positions (m, q, 2) of the points, mm."""
         deformed = (self.nodes + displacement)[self.edges]

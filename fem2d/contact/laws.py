@@ -105,6 +105,9 @@ class FrictionLaw:
             )
 
 
+DEFAULT_NORMAL, DEFAULT_FRICTION = NormalLaw(), FrictionLaw()
+
+
 @compiled
 def pressure_of_gap(gap: float, stiffness: float, ramp: float) -> tuple[float, float, float]:
     """Return energy per length ψ(gap), pressure −ψ' and d pressure/d gap (see `NormalLaw`)."""

@@ -1,27 +1,36 @@
 """Contact of tissue with a rigid outline: forces, stiffness and trial history.
 
 The virtual work of contact is ``∫ (p n + τ t)·δx dS`` over the reference surface, integrated at
-points that carry their own friction history: the nodes, or Gauss points (`fem2d.body.surface`).
+points with a friction state of their own: the nodes, or Gauss points (`fem2d.body.surface`).
 Pressure and friction come from `fem2d.contact.laws`, gap and slip from `fem2d.contact.gap`.
-Evaluating is pure: the history handed in is that of the last committed instant, the history handed
-out is a trial that becomes committed only if the caller keeps it.
+What every contact offers is told in `fem2d.contact.contact`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fem2d.body.component import BodyComponent
 from fem2d.body.surface import Surface
+from fem2d.contact.contact import Contact, ContactOnComponent, ContactResponse
 from fem2d.contact.gap import point_gap
-from fem2d.contact.laws import FrictionLaw, NormalLaw, pressure_of_gap, traction_of_slip
+from fem2d.contact.laws import (
+    DEFAULT_FRICTION,
+    DEFAULT_NORMAL,
+    FrictionLaw,
+    NormalLaw,
+    pressure_of_gap,
+    traction_of_slip,
+)
 from geometry2d.compiled import compiled
 from geometry2d.outline import Outline, project_point
-from geometry2d.rigid import RigidPlacement, rotated
+from geometry2d.rigid import UNMOVED, RigidPlacement, rotated
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -40,8 +49,8 @@ ENTRY_TRIALS = 3
 
 
 @dataclass(frozen=True)
-class ContactHistory:
-    """What friction remembers of each point at a committed instant.
+class RigidContactState:
+    """What friction remembers of each point of the surface at a committed instant.
 
     Attributes
     ----------
@@ -57,7 +66,7 @@ class ContactHistory:
 
 
 @dataclass(frozen=True)
-class ContactPoints:
+class RigidContactPoints:
     """Everything known at the points of a contact pair, arrays (m, q) unless stated.
 
     Pressure and shear are per reference length here; divide by the surface stretch for true values.
@@ -81,12 +90,16 @@ class ContactPoints:
     and the sticking resistance along the tangent, without the turning of the normal."""
 
 
-@dataclass(frozen=True)
-class ContactResponse:
-    """Contact forces at one trial state.
+@dataclass(frozen=True, eq=False)
+class RigidContactResponse:
+    """Contact forces at one trial displacement; see `ContactResponse`.
 
     Attributes
     ----------
+    contact
+        The contact that answered.
+    displacement, placement
+        Of tissue, (n, 2), mm, and of the moving rigid bodies: what was asked.
     energy
         Energy stored in the normal penalty, N mm.
     edges
@@ -95,42 +108,85 @@ class ContactResponse:
         (j, 2k) degrees of freedom and forces on the tissue, N.
     points
         Values at all points.
-    history
-        Trial history: commit it by handing it to the next increment.
+    state
+        Trial state.
     """
 
+    contact: RigidContact = field(repr=False)
+    displacement: Array = field(repr=False)
+    placement: RigidPlacement
     energy: float
-    edges: Index
-    dofs: Index
-    force: Array
-    points: ContactPoints
-    history: ContactHistory
+    edges: Index = field(repr=False)
+    dofs: Index = field(repr=False)
+    force: Array = field(repr=False)
+    points: RigidContactPoints = field(repr=False)
+    state: RigidContactState = field(repr=False)
+
+    def joins(self, component: Index) -> bool:
+        """Return False: what lies between is rigid, and its place is prescribed."""
+        return False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False, eq=False)
 class RigidContact:
     """One stretch of tissue surface against one rigid outline.
 
     Parameters
     ----------
-    name
-        What reports call this pair.
     surface
         The tissue's side.
     outline
         The rigid body's side, in the body's frame.
-    normal, friction
-        The laws.
+    friction
+        The law of friction, or the coefficient of one.
+    normal
+        The law of the pressure.
     moving
-        Whether the rigid body follows the prescribed motion, or stands still in the head frame.
+        Whether the rigid body is moved by the load, or stands still.
+    name
+        What reports call this contact.
     """
 
-    name: str
     surface: Surface
     outline: Outline
-    normal: NormalLaw
     friction: FrictionLaw
-    moving: bool = True
+    normal: NormalLaw
+    moving: bool
+    name: str
+    within_elements: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        surface: Surface,
+        outline: Outline,
+        *,
+        friction: FrictionLaw | float = DEFAULT_FRICTION,
+        normal: NormalLaw = DEFAULT_NORMAL,
+        moving: bool = True,
+        name: str = "rigid contact",
+    ) -> None:
+        law = friction if isinstance(friction, FrictionLaw) else FrictionLaw(friction)
+        for key, value in (
+            ("surface", surface),
+            ("outline", outline),
+            ("friction", law),
+            ("normal", normal),
+            ("moving", moving),
+            ("name", name),
+        ):
+            object.__setattr__(self, key, value)
+
+    def __repr__(self) -> str:
+        kind = "moving" if self.moving else "fixed"
+        return (
+            f"RigidContact({self.name!r}, {len(self.surface.edges)} edges, {kind} outline, "
+            f"friction {self.friction.coefficient:g})"
+        )
+
+    @property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The tissue's side."""
+        return (self.surface,)
 
     @cached_property
     def _box(self) -> Array:
@@ -146,24 +202,22 @@ class RigidContact:
         """(m q,) penetration up to which each point bears nothing, mm."""
         return np.where(self._is_between, self.normal.gap_offset_mm, 0.0)
 
-    def initial_history(self, displacement: Array, placement: RigidPlacement) -> ContactHistory:
-        """Return the history of a surface on which no friction acts yet."""
-        position = placement.pull_back(self.surface.positions(displacement))
-        return ContactHistory(position, np.zeros(position.shape[:2]))
+    def initial_state(self, displacement: Array, placement: RigidPlacement) -> RigidContactState:
+        """Return the state of a surface on which no friction acts yet; see `Contact`."""
+        position = self._pulled_back(displacement, placement)
+        return RigidContactState(position, np.zeros(position.shape[:2]))
 
     def with_first_contact(
-        self, history: ContactHistory, displacement: Array, placement: RigidPlacement
-    ) -> ContactHistory:
-        """Return the history for a step that is expected to lead to ``displacement`` (n, 2), mm.
-
-        A point that meets the rigid body on its way starts to stick where it does. Were its slip
-        counted from the start of the step, the way travelled through air would count as slip: the
-        point would begin its contact at the limit of friction, however it is touched, and what the
-        lip remembers of that would depend on the length of the steps.
-        """
+        self,
+        state: RigidContactState,
+        displacement: Array,
+        predicted: Array,
+        placement: RigidPlacement,
+    ) -> RigidContactState:
+        """Return the state for a step that is expected to lead to ``predicted``; see `Contact`."""
         met = _where_met(
-            history.body_position.reshape(-1, 2),
-            placement.pull_back(self.surface.positions(displacement)).reshape(-1, 2),
+            state.body_position.reshape(-1, 2),
+            self._pulled_back(predicted, placement).reshape(-1, 2),
             self.outline.start,
             self.outline.curvature,
             self.outline.centre,
@@ -171,21 +225,22 @@ class RigidContact:
             self._box,
             self._gap_offset,
         )
-        return replace(history, body_position=met.reshape(history.body_position.shape))
+        return replace(state, body_position=met.reshape(state.body_position.shape))
 
-    def response(
-        self, displacement: Array, placement: RigidPlacement, before: ContactHistory
-    ) -> ContactResponse:
-        """Return forces, stiffness and trial history at ``displacement`` (n, 2), mm."""
+    def evaluate(
+        self, displacement: Array, placement: RigidPlacement, before: RigidContactState
+    ) -> RigidContactResponse:
+        """Return forces and trial state at ``displacement`` (n, 2), mm; see `Contact`."""
+        there = self._placed(placement)
         position = self.surface.positions(displacement)
         shape = position.shape[:2]
         raw = _evaluate(
             position.reshape(-1, 2),
             before.body_position.reshape(-1, 2),
             before.traction.reshape(-1),
-            placement.angle_rad,
-            placement.shift_mm[0],
-            placement.shift_mm[1],
+            there.angle_rad,
+            there.shift_mm[0],
+            there.shift_mm[1],
             self.outline.start,
             self.outline.curvature,
             self.outline.centre,
@@ -200,7 +255,7 @@ class RigidContact:
         )
         energy, gap, normal, pressure, shear, slipping, arc, body, traction, slope, safe = raw
         edges = np.flatnonzero(np.any(pressure.reshape(shape) > 0, axis=1))
-        points = ContactPoints(
+        points = RigidContactPoints(
             gap.reshape(shape),
             normal.reshape(*shape, 2),
             pressure.reshape(shape),
@@ -212,23 +267,24 @@ class RigidContact:
             safe.reshape(*shape, 2, 2),
         )
         dofs, force = self.surface.assembled_force(points.traction[edges], edges)
-        return ContactResponse(
+        return RigidContactResponse(
+            contact=self,
+            displacement=displacement,
+            placement=placement,
             energy=float(np.sum(energy.reshape(shape) * self.surface.weight)),
             edges=edges,
             dofs=dofs,
             force=force,
             points=points,
-            history=ContactHistory(body.reshape(*shape, 2), shear.reshape(shape)),
+            state=RigidContactState(body.reshape(*shape, 2), shear.reshape(shape)),
         )
 
-    def stiffness(self, response: ContactResponse, *, psd: bool = False) -> Array:
-        """Return the derivative (j, 2k, 2k) of ``response.force``, N/mm, or its safe stand-in."""
+    def tangent(self, response: RigidContactResponse, *, psd: bool = False) -> Array:
+        """Return the derivative (j, 2k, 2k) of the forces, N/mm, or a stand-in; see `Contact`."""
         slope = response.points.psd_slope if psd else response.points.slope
         return self.surface.assembled_stiffness(slope[response.edges], response.edges)
 
-    def deepest(
-        self, displacement: Array, placement: RigidPlacement, response: ContactResponse
-    ) -> float:
+    def deepest(self, response: RigidContactResponse) -> float:
         """Return the deepest penetration, mm, anywhere on the surface, between its points too.
 
         There an edge may sink over a corner of the outline: between points a distance s apart, over
@@ -241,15 +297,15 @@ class RigidContact:
         edges = Surface(
             self.surface.edges[near], self.surface.nodes, points_per_edge=POINTS_TO_LOOK_AT
         )
-        position = edges.positions(displacement).reshape(-1, 2)
-        distance = self.outline.project(placement.pull_back(position)).distance
+        position = edges.positions(response.displacement).reshape(-1, 2)
+        there = self._placed(response.placement)
+        distance = self.outline.project(there.pull_back(position)).distance
         return max(0.0, -float(distance.min()), -float(response.points.gap.min()))
 
-    def held_friction(self, response: ContactResponse) -> ContactResponse:
-        """Return the response with friction that slips held at its present value.
+    def held_friction(self, response: RigidContactResponse) -> RigidContactResponse:
+        """Return the response without the coupling ``t·(∂f/∂x)·n`` of friction that slips.
 
-        Sliding friction follows the pressure, which has no potential; without that coupling
-        ``t·(∂f/∂x)·n`` the stiffness tells whether an equilibrium is a minimum.
+        See `Contact`.
         """
         points = response.points
         tangent = np.stack([-points.normal[..., 1], points.normal[..., 0]], axis=-1)
@@ -257,27 +313,47 @@ class RigidContact:
         follows = coupling[..., None, None] * tangent[..., :, None] * points.normal[..., None, :]
         return replace(response, points=replace(points, slope=points.slope - follows))
 
-    def force_of_moving_body(
-        self,
-        displacement: Array,
-        before: RigidPlacement,
-        after: RigidPlacement,
-        response: ContactResponse,
-    ) -> Array:
-        """Return the forces (j, 2k), N, on ``response.dofs`` that the body's motion adds.
+    def force_of_motion(self, response: RigidContactResponse, placement: RigidPlacement) -> Array:
+        """Return the change (j, 2k) of the forces, N, when the body goes to ``placement``.
 
         To first order, moving the rigid body by ``d`` while the tissue stands still is moving the
         tissue by ``−d`` relative to it, and turning the traction with the body; a Newton step needs
-        this to predict where a sticking surface goes. ``response`` belongs to ``displacement`` and
-        ``before``.
+        this to predict where a sticking surface goes.
         """
-        edges = response.edges
-        position = self.surface.positions(displacement)[edges]
-        carried = after.apply(before.pull_back(position)) - position
+        if not self.moving:
+            return np.zeros_like(response.force)
+        edges, before = response.edges, response.placement
+        position = self.surface.positions(response.displacement)[edges]
+        carried = placement.apply(before.pull_back(position)) - position
         here = response.points.traction[edges]
         relative = here - np.einsum("mqcd,mqd->mqc", response.points.slope[edges], carried)
-        change = rotated(relative, after.angle_rad - before.angle_rad) - here
+        change = rotated(relative, placement.angle_rad - before.angle_rad) - here
         return self.surface.assembled_force(change, edges)[1]
+
+    def on_component(self, component: BodyComponent) -> ContactOnComponent | None:
+        """Return the contact if its surface lies on a component; see `Contact`."""
+        if not component.has(self.surface):
+            return None
+        contact = replace(self, surface=component.surface(self.surface))
+        return ContactOnComponent(contact, lambda state: state)
+
+    def _placed(self, placement: RigidPlacement) -> RigidPlacement:
+        """Return where this contact's body is when the moving ones are at ``placement``."""
+        return placement if self.moving else UNMOVED
+
+    def _pulled_back(self, displacement: Array, placement: RigidPlacement) -> Array:
+        """Return the points (m, q, 2) in the body's frame, mm."""
+        return self._placed(placement).pull_back(self.surface.positions(displacement))
+
+
+def rigid_contacts(contacts: Iterable[Contact]) -> tuple[RigidContact, ...]:
+    """Return those of some contacts that are with rigid outlines."""
+    return tuple(c for c in contacts if isinstance(c, RigidContact))
+
+
+def rigid_responses(responses: Iterable[ContactResponse]) -> tuple[RigidContactResponse, ...]:
+    """Return those of some responses that are of contacts with rigid outlines."""
+    return tuple(r for r in responses if isinstance(r, RigidContactResponse))
 
 
 @compiled
@@ -340,7 +416,7 @@ def _evaluate(
     coefficient: float,
     tangential_stiffness: float,
 ) -> tuple[NDArray[Any], ...]:
-    """Evaluate all points of a pair; see `ContactPoints` for the meaning of what is returned."""
+    """Evaluate all points; see `RigidContactPoints` for the meaning of what is returned."""
     count = position.shape[0]
     energy = np.zeros(count)
     gap = np.empty(count)

@@ -19,7 +19,7 @@ Integration is by segments: the ends of the other surfaces' edges are projected 
 Gauss points are put between them, so that forces on both sides are integrated exactly where the
 surfaces are flat, and non-matching meshes pass the patch test. Segments and points are chosen at
 committed instants and stand still during an increment; with their weights and the tractions they
-remember they are the history.
+remember they are the state.
 
 A ray is followed backwards too, for what has gone through the surface lies behind it. So does the
 other side of the tissue itself, where a fold or a tongue of it is thin. What tells them apart is
@@ -28,16 +28,34 @@ where they were at the committed instant: what has come through lay in front the
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fem2d.body.component import ABSENT, BodyComponent
 from fem2d.body.surface import Surface, edge_shapes
-from fem2d.contact.laws import FrictionLaw, NormalLaw, pressure_of_gap, traction_of_slip
-from fem2d.contact.rigid import ENTRY_TRIALS
+from fem2d.contact.contact import Contact, ContactOnComponent, ContactResponse
+from fem2d.contact.laws import (
+    DEFAULT_FRICTION,
+    DEFAULT_NORMAL,
+    FrictionLaw,
+    NormalLaw,
+    pressure_of_gap,
+    traction_of_slip,
+)
+from fem2d.contact.search import (
+    NONE,
+    SHORTEST_SEGMENT,
+    Sides,
+    edge_point,
+    first_touches,
+    meetings,
+    segment_ends,
+)
 from geometry2d.compiled import compiled
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidPlacement
@@ -45,33 +63,13 @@ from geometry2d.rigid import RigidPlacement
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-FACING_COSINE = -0.25
-"""Surfaces face each other if the cosine between their outward normals is below this."""
-
-BEHIND_MM = 0.05
-"""What lay farther than this behind a point at a committed instant, mm, and farther than anything
-that had come through its edge, is the other side of its own tissue."""
-
-SHARPEST_TIP_RAD = 0.25
-"""Two edges that share a node and enclose so little tissue or less do not: they are the sides of a
-crease whose bottom has closed a little too far."""
-
-SHORTEST_SEGMENT = 1e-7
-"""Segments shorter than this share of an edge get no points."""
-
-NONE = -1
-"""No edge is met."""
-
-GROUP = 16
-"""So many edges that follow one another have a common box, looked at before each one's own."""
-
 
 class SelfContactError(DrinksimError):
     """Deformable surfaces were put together in a way that makes no sense."""
 
 
 @dataclass(frozen=True)
-class SelfContactHistory:
+class SelfContactState:
     """Integration points chosen at a committed instant, and what friction remembers of them.
 
     Attributes
@@ -123,12 +121,16 @@ class SelfContactPoints:
     shear_by_pressure: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SelfContactResponse:
-    """Contact forces of deformable surfaces at one trial state.
+    """Contact forces of deformable surfaces at one trial displacement; see `ContactResponse`.
 
     Attributes
     ----------
+    contact
+        The contact that answered.
+    displacement, before
+        Displacement (n, 2), mm, and committed state: what was asked.
     energy
         Energy stored in the normal penalty, N mm.
     touching
@@ -139,137 +141,169 @@ class SelfContactResponse:
         Values at all integration points.
     """
 
-    energy: float
-    touching: Index
-    dofs: Index
-    force: Array
-    points: SelfContactPoints
-    pair: SelfContact = field(repr=False)
+    contact: SelfContact = field(repr=False)
     displacement: Array = field(repr=False)
-    before: SelfContactHistory = field(repr=False)
+    before: SelfContactState = field(repr=False)
+    energy: float
+    touching: Index = field(repr=False)
+    dofs: Index = field(repr=False)
+    force: Array = field(repr=False)
+    points: SelfContactPoints = field(repr=False)
 
     @cached_property
-    def history(self) -> SelfContactHistory:
-        """Trial history: commit it by handing it to the next increment."""
-        return self.pair.next_history(self)
+    def state(self) -> SelfContactState:
+        """Trial state: points chosen at the displacement, which inherit the friction."""
+        return self.contact.next_state(self)
+
+    def joins(self, component: Index) -> bool:
+        """Whether tissue of one component touches that of another; (n,) which each node is of."""
+        edges, touching = self.contact.edges, self.touching
+        here = component[edges[self.before.edge[touching], 0]]
+        there = component[edges[self.points.met_edge[touching], 0]]
+        return bool(np.any(here != there))
 
 
-class _Sides(NamedTuple):
-    """What kernels know of a `SelfContact`, which has these under the same names."""
-
-    edges: Index
-    owner: Index
-    reach_mm: float
-    itself: bool
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False, eq=False)
 class SelfContact:
-    """Deformable surfaces of one body (in however many pieces) that may touch.
+    """Deformable surfaces of one body that may touch one another.
 
     Parameters
     ----------
-    name
-        What reports call this contact.
     surfaces
-        Who may touch whom: each surface all the others, and itself if ``itself`` is set.
-    normal, friction
-        The laws.
+        Who may touch whom: each surface all the others, and itself with ``same_surface``.
+    friction
+        The law of friction, or the coefficient of one.
+    normal
+        The law of the pressure.
     reach_mm
         How far from a surface others are looked for, outside and inside, mm: more than any
         penetration.
-    itself
+    same_surface
         Whether a surface may touch itself, as in a crease.
+    name
+        What reports call this contact.
+
+    Raises
+    ------
+    SelfContactError
+        If there is nothing to touch, the surfaces belong to different bodies, or the reach is not
+        positive.
     """
 
-    name: str
     surfaces: tuple[Surface, ...]
-    normal: NormalLaw
     friction: FrictionLaw
+    normal: NormalLaw
     reach_mm: float
-    itself: bool = False
-    edges: Index = field(init=False, repr=False, compare=False)
+    same_surface: bool
+    name: str
+    edges: Index = field(init=False, repr=False)
     """(m, k) node indices of all surfaces' edges."""
-    owner: Index = field(init=False, repr=False, compare=False)
+    owner: Index = field(init=False, repr=False)
     """(m,) which surface each edge belongs to."""
-    start: Array = field(init=False, repr=False, compare=False)
+    start: Array = field(init=False, repr=False)
     """(m,) reference arc length along its surface at which each edge starts, mm."""
-    length: Array = field(init=False, repr=False, compare=False)
+    length: Array = field(init=False, repr=False)
     """(m,) reference length of each edge, mm."""
-    moving: bool = field(default=False, init=False)
-    """Nothing here follows the prescribed motion by itself."""
+    within_elements: ClassVar[bool] = False
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        surfaces: Iterable[Surface],
+        *,
+        friction: FrictionLaw | float = DEFAULT_FRICTION,
+        normal: NormalLaw = DEFAULT_NORMAL,
+        reach_mm: float = 0.5,
+        same_surface: bool = False,
+        name: str = "self-contact",
+    ) -> None:
+        for key, value in (
+            ("surfaces", tuple(surfaces)),
+            ("friction", friction if isinstance(friction, FrictionLaw) else FrictionLaw(friction)),
+            ("normal", normal),
+            ("reach_mm", reach_mm),
+            ("same_surface", same_surface),
+            ("name", name),
+        ):
+            object.__setattr__(self, key, value)
+        self._check()
+        lengths = [s.weight.sum(axis=1) / s.thickness_mm for s in self.surfaces]
+        for key, arrays in (
+            ("edges", [s.edges for s in self.surfaces]),
+            ("owner", [np.full(len(s.edges), i) for i, s in enumerate(self.surfaces)]),
+            ("length", lengths),
+            ("start", [np.concatenate([[0.0], np.cumsum(length)[:-1]]) for length in lengths]),
+        ):
+            object.__setattr__(self, key, np.concatenate(arrays))
+
+    def __repr__(self) -> str:
+        edges = " + ".join(str(len(s.edges)) for s in self.surfaces)
+        return f"SelfContact({self.name!r}, {edges} edges, friction {self.friction.coefficient:g})"
+
+    def _check(self) -> None:
         if not self.reach_mm > 0:
             raise SelfContactError(
                 f"contact {self.name!r}: reach_mm = {self.reach_mm} must be positive"
             )
-        if len(self.surfaces) < 2 - self.itself:
+        if len(self.surfaces) < 2 - self.same_surface:
             raise SelfContactError(
                 f"contact {self.name!r} of one surface with nothing: give a second one, or set "
-                "itself=True"
+                "same_surface=True"
             )
         first = self.surfaces[0]
         for surface in self.surfaces:
             if surface.nodes is not first.nodes or surface.edges.shape[1] != first.edges.shape[1]:
                 raise SelfContactError(
                     f"contact {self.name!r}: its surfaces belong to different bodies; mesh them "
-                    "as pieces of one body"
+                    "as components of one body"
                 )
-        lengths = [s.weight.sum(axis=1) / s.thickness_mm for s in self.surfaces]
-        for name, parts in (
-            ("edges", [s.edges for s in self.surfaces]),
-            ("owner", [np.full(len(s.edges), i) for i, s in enumerate(self.surfaces)]),
-            ("length", lengths),
-            ("start", [np.concatenate([[0.0], np.cumsum(part)[:-1]]) for part in lengths]),
-        ):
-            object.__setattr__(self, name, np.concatenate(parts))
 
     @cached_property
-    def _sides(self) -> _Sides:
-        return _Sides(self.edges, self.owner, self.reach_mm, self.itself)
+    def _sides(self) -> Sides:
+        return Sides(self.edges, self.owner, self.reach_mm, self.same_surface)
 
-    def initial_history(self, displacement: Array, placement: RigidPlacement) -> SelfContactHistory:
+    def initial_state(self, displacement: Array, placement: RigidPlacement) -> SelfContactState:
         """Return the points chosen at ``displacement`` (n, 2), mm; no friction acts yet."""
         return self._chosen_points(displacement, None)
 
     def with_first_contact(
-        self, history: SelfContactHistory, displacement: Array, predicted: Array
-    ) -> SelfContactHistory:
-        """Return the history for a step from ``displacement`` (n, 2), mm, towards ``predicted``.
+        self,
+        state: SelfContactState,
+        displacement: Array,
+        predicted: Array,
+        placement: RigidPlacement,
+    ) -> SelfContactState:
+        """Return the state for a step from ``displacement`` to ``predicted``; see `Contact`.
 
-        A point that meets another surface on its way starts to stick where it does, for the reasons
-        told in `RigidContact.with_first_contact`. All nodes are taken to go straight and at one
-        pace.
+        All nodes are taken to go straight and at one pace.
         """
         after = self._deformed(predicted)
         before = self._deformed(displacement)
-        _, met, met_local, gap = _meetings(
-            history.edge, history.local, after, before, history.depth, self._sides
+        _, met, met_local, gap = meetings(
+            state.edge, state.local, after, before, state.depth, self._sides
         )
         if not np.any(gap < 0):
-            return history
-        anchor, anchor_local = _first_touches(
-            history.edge,
-            history.local,
-            history.anchor,
-            history.anchor_local,
+            return state
+        anchor, anchor_local = first_touches(
+            state.edge,
+            state.local,
+            state.anchor,
+            state.anchor_local,
             met,
             met_local,
             gap,
             before,
-            history.depth,
+            state.depth,
             after,
             self._sides,
         )
-        return replace(history, anchor=anchor, anchor_local=anchor_local)
+        return replace(state, anchor=anchor, anchor_local=anchor_local)
 
-    def response(
-        self, displacement: Array, placement: RigidPlacement, before: SelfContactHistory
+    def evaluate(
+        self, displacement: Array, placement: RigidPlacement, before: SelfContactState
     ) -> SelfContactResponse:
-        """Return forces and trial history at ``displacement`` (n, 2), mm."""
+        """Return forces and trial state at ``displacement`` (n, 2), mm; see `Contact`."""
         deformed = self._deformed(displacement)
-        normal, met, met_local, gap = _meetings(
+        normal, met, met_local, gap = meetings(
             before.edge, before.local, deformed, before.places, before.depth, self._sides
         )
         laws = _laws(
@@ -291,20 +325,16 @@ class SelfContact:
         touching = np.flatnonzero(points.pressure > 0)
         dofs, force = self._forces(points, before, touching)
         return SelfContactResponse(
-            energy, touching, dofs, force, points, self, displacement, before
+            self, displacement, before, energy, touching, dofs, force, points
         )
 
     def held_friction(self, response: SelfContactResponse) -> SelfContactResponse:
-        """Return the response with friction that slips held at its present value."""
+        """Return the response with friction that slips held at its present value; see `Contact`."""
         nothing = np.zeros_like(response.points.shear_by_pressure)
         return replace(response, points=replace(response.points, shear_by_pressure=nothing))
 
-    def stiffness(self, response: SelfContactResponse, *, psd: bool = False) -> Array:
-        """Return the derivative (j, 6k, 6k) of ``response.force``, N/mm, or a safe stand-in.
-
-        The safe one is symmetric and negative semi-definite: the penalty along the normal and the
-        sticking resistance along the tangent, without the turning of the normal.
-        """
+    def tangent(self, response: SelfContactResponse, *, psd: bool = False) -> Array:
+        """Return the derivative (j, 6k, 6k) of the forces, N/mm, or a stand-in; see `Contact`."""
         points, before, touching = response.points, response.before, response.touching
         carrying, meeting, anchored, turning, sliding = self._shapes(points, before, touching)
         n = points.normal[touching]
@@ -344,17 +374,22 @@ class SelfContact:
         result -= np.einsum("j,jcp,jc,jq->jpq", weight, sliding, push, by_local)
         return result
 
-    def force_of_moving_body(
-        self,
-        displacement: Array,
-        before: RigidPlacement,
-        after: RigidPlacement,
-        response: SelfContactResponse,
-    ) -> Array:
-        """Return zeros (j, 6k): no side of this contact is carried by the rigid body."""
+    def force_of_motion(self, response: SelfContactResponse, placement: RigidPlacement) -> Array:
+        """Return zeros (j, 6k): no side of this contact is rigid."""
         return np.zeros_like(response.force)
 
-    def next_history(self, response: SelfContactResponse) -> SelfContactHistory:
+    def on_component(self, component: BodyComponent) -> ContactOnComponent | None:
+        """Return the contact between those surfaces that lie on a component; see `Contact`."""
+        own = tuple(component.surface(s) for s in self.surfaces if component.has(s))
+        if len(own) + self.same_surface < 2:
+            return None
+        on_it = component.number[self.edges[:, 0]] != ABSENT
+        number = np.where(on_it, np.cumsum(on_it) - 1, NONE)
+        return ContactOnComponent(
+            replace(self, surfaces=own), lambda state: _on_edges(state, number)
+        )
+
+    def next_state(self, response: SelfContactResponse) -> SelfContactState:
         """Return the points chosen at the response's displacement; they inherit the friction."""
         return self._chosen_points(response.displacement, response)
 
@@ -369,7 +404,7 @@ class SelfContact:
         return deformed
 
     def _forces(
-        self, points: SelfContactPoints, before: SelfContactHistory, touching: Index
+        self, points: SelfContactPoints, before: SelfContactState, touching: Index
     ) -> tuple[Index, Array]:
         """Return unknowns and forces (j, 6k), N, of the points that touch."""
         count = self.edges.shape[1]
@@ -388,7 +423,7 @@ class SelfContact:
         return (2 * nodes[:, :, None] + np.arange(2)).reshape(force.shape), force
 
     def _shapes(
-        self, points: SelfContactPoints, before: SelfContactHistory, touching: Index
+        self, points: SelfContactPoints, before: SelfContactState, touching: Index
     ) -> tuple[Array, Array, Array, Array, Array]:
         """Return linear maps (j, 2, 6k) from the three edges' nodes to what moves.
 
@@ -409,7 +444,7 @@ class SelfContact:
 
     def _chosen_points(
         self, displacement: Array, response: SelfContactResponse | None
-    ) -> SelfContactHistory:
+    ) -> SelfContactState:
         deformed = self._deformed(displacement)
         edge, local, share = self._segmented(deformed)
         nodes = self.surfaces[0].nodes[self.edges[edge]]
@@ -419,13 +454,13 @@ class SelfContact:
         before, depth = deformed, np.zeros(len(deformed))
         if response is not None:
             before, depth = response.before.places, response.before.depth
-        _, met, met_local, gap = _meetings(edge, local, deformed, before, depth, self._sides)
+        _, met, met_local, gap = meetings(edge, local, deformed, before, depth, self._sides)
         deepest = np.zeros(len(deformed))
         np.maximum.at(deepest, edge, -gap)
         traction = np.zeros(len(edge))
         if response is not None:
             traction = self._inherited(response, edge, local, gap)
-        return SelfContactHistory(edge, local, weight, met, met_local, traction, deformed, deepest)
+        return SelfContactState(edge, local, weight, met, met_local, traction, deformed, deepest)
 
     def _inherited(
         self, response: SelfContactResponse, edge: Index, local: Array, gap: Array
@@ -446,7 +481,7 @@ class SelfContact:
 
     def _segmented(self, deformed: Array) -> tuple[Index, Array, Array]:
         """Return edge, local coordinate and share of the edge of every integration point."""
-        breaks = _breaks(deformed, self._sides)
+        breaks = segment_ends(deformed, self._sides)
         gauss, gauss_weight = np.polynomial.legendre.leggauss(self.surfaces[0].points_per_edge)
         gauss, gauss_weight = 0.5 * (gauss + 1), 0.5 * gauss_weight
         at = np.argsort(breaks[:, 0] + breaks[:, 1] * 0.5, kind="stable")
@@ -459,6 +494,36 @@ class SelfContact:
         local = begin[:, None] + width[:, None] * gauss
         share = width[:, None] * gauss_weight
         return np.repeat(carrier, len(gauss)), local.ravel(), share.ravel()
+
+
+def self_contacts(contacts: Iterable[Contact]) -> tuple[SelfContact, ...]:
+    """Return those of some contacts that are of deformable surfaces."""
+    return tuple(c for c in contacts if isinstance(c, SelfContact))
+
+
+def self_responses(responses: Iterable[ContactResponse]) -> tuple[SelfContactResponse, ...]:
+    """Return those of some responses that are of deformable surfaces."""
+    return tuple(r for r in responses if isinstance(r, SelfContactResponse))
+
+
+def _on_edges(state: SelfContactState, number: Index) -> SelfContactState:
+    """Return a state as far as it belongs to some edges; what was met on others is forgotten.
+
+    ``number`` (m,) is what each edge is called from now on, `NONE` for edges that are left out.
+    """
+    kept = number != NONE
+    here = kept[state.edge]
+    anchor = state.anchor[here]
+    return SelfContactState(
+        number[state.edge[here]],
+        state.local[here],
+        state.weight[here],
+        np.where(anchor == NONE, NONE, number[anchor]),
+        state.anchor_local[here],
+        state.traction[here],
+        state.places[kept],
+        state.depth[kept],
+    )
 
 
 @compiled
@@ -486,8 +551,8 @@ def _laws(
             continue
         energy[i], pressure[i], slope[i] = pressure_of_gap(gap[i], normal_stiffness, ramp)
         if pressure[i] > 0.0 and anchor[i] != NONE:
-            x, y = _place(deformed, edge[i], local[i])[:2]
-            anchor_x, anchor_y = _place(deformed, anchor[i], anchor_local[i])[:2]
+            x, y = edge_point(deformed, edge[i], local[i])[:2]
+            anchor_x, anchor_y = edge_point(deformed, anchor[i], anchor_local[i])[:2]
             slip = -normal[i, 1] * (x - anchor_x) + normal[i, 0] * (y - anchor_y)
             shear[i], by_slip[i], by_pressure[i], slipping[i] = traction_of_slip(
                 before[i], slip, pressure[i], coefficient, tangential_stiffness
@@ -500,305 +565,4 @@ def _pressures(gap: Array, stiffness: float, ramp: float) -> Array:
     result = np.empty(len(gap))
     for i in range(len(gap)):
         result[i] = pressure_of_gap(gap[i], stiffness, ramp)[1]
-    return result
-
-
-@compiled
-def _place(deformed: Array, e: int, local: float) -> tuple[float, float, float, float]:
-    """Return position and outward normal of a point on one of the edges (m, k, 2)."""
-    if deformed.shape[1] == 2:
-        middle, n0, n1, nm = 0, 1.0 - local, local, 0.0
-        d0, d1, dm = -1.0, 1.0, 0.0
-    else:
-        middle, n0, n1 = 2, (1.0 - local) * (1.0 - 2.0 * local), local * (2.0 * local - 1.0)
-        nm = 4.0 * local * (1.0 - local)
-        d0, d1, dm = 4.0 * local - 3.0, 4.0 * local - 1.0, 4.0 - 8.0 * local
-    x = n0 * deformed[e, 0, 0] + n1 * deformed[e, 1, 0] + nm * deformed[e, middle, 0]
-    y = n0 * deformed[e, 0, 1] + n1 * deformed[e, 1, 1] + nm * deformed[e, middle, 1]
-    along_x = d0 * deformed[e, 0, 0] + d1 * deformed[e, 1, 0] + dm * deformed[e, middle, 0]
-    along_y = d0 * deformed[e, 0, 1] + d1 * deformed[e, 1, 1] + dm * deformed[e, middle, 1]
-    speed = np.sqrt(along_x * along_x + along_y * along_y)
-    return x, y, along_y / speed, -along_x / speed
-
-
-@compiled
-def _runs_back(deformed: Array, e: int, nx: float, ny: float) -> bool:
-    """Whether an edge runs from its last node towards its first one where its normal is this.
-
-    A quadratic one does where it is squeezed so much that its middle lies beyond one of its ends.
-    What seems to be its outward normal points into the tissue there, and the edge touches nothing.
-    """
-    along_x, along_y = deformed[e, 1, 0] - deformed[e, 0, 0], deformed[e, 1, 1] - deformed[e, 0, 1]
-    back: bool = along_y * nx - along_x * ny <= 0.0
-    return back
-
-
-@compiled
-def _boxes(deformed: Array) -> tuple[Array, Array]:
-    """Return boxes (left, bottom, right, top) around edges (m, k, 2), and around groups of them."""
-    count, k = deformed.shape[0], deformed.shape[1]
-    boxes = np.empty((count, 4))
-    groups = np.empty(((count + GROUP - 1) // GROUP, 4))
-    groups[:, :2], groups[:, 2:] = np.inf, -np.inf
-    for e in range(count):
-        group = groups[e // GROUP]
-        for c in range(2):
-            least, most = deformed[e, 0, c], deformed[e, 0, c]
-            for a in range(1, k):
-                least, most = min(least, deformed[e, a, c]), max(most, deformed[e, a, c])
-            # A quadratic edge may leave the box of its nodes by an eighth of its size.
-            spare = 0.125 * (most - least)
-            boxes[e, c], boxes[e, 2 + c] = least - spare, most + spare
-            group[c] = min(group[c], boxes[e, c])
-            group[2 + c] = max(group[2 + c], boxes[e, 2 + c])
-    return boxes, groups
-
-
-@compiled
-def _nearer(one: Array, other: Array, reach: float) -> bool:
-    """Whether two boxes are nearer to each other than ``reach`` in both directions."""
-    near: bool = (
-        one[0] - other[2] <= reach
-        and other[0] - one[2] <= reach
-        and one[1] - other[3] <= reach
-        and other[1] - one[3] <= reach
-    )
-    return near
-
-
-@compiled
-def _within_reach(home: int, boxes: Array, groups: Array, sides: _Sides, found: Index) -> int:
-    """Write the edges that the edge ``home`` may reach, ascending; return how many they are."""
-    count = 0
-    for group in range(len(groups)):
-        if not _nearer(groups[group], boxes[home], sides.reach_mm):
-            continue
-        for e in range(group * GROUP, min((group + 1) * GROUP, len(boxes))):
-            if e == home or (sides.owner[e] == sides.owner[home] and not sides.itself):
-                continue
-            if _nearer(boxes[e], boxes[home], sides.reach_mm):
-                found[count] = e
-                count += 1
-    return count
-
-
-@compiled
-def _meetings(
-    edge: Index, local: Array, deformed: Array, before: Array, depth: Array, sides: _Sides
-) -> tuple[Array, Index, Array, Array]:
-    """Return each point's normal, and edge, local coordinate and gap of what its ray meets.
-
-    The edges' nodes are at ``deformed`` (m, k, 2); ``before`` and ``depth`` are those of the
-    history.
-    """
-    count = len(edge)
-    normal = np.empty((count, 2))
-    met, met_local, gap = np.full(count, NONE), np.zeros(count), np.full(count, np.inf)
-    boxes, groups = _boxes(deformed)
-    near, near_count, home = np.empty(len(deformed), np.intp), 0, NONE
-    for i in range(count):
-        # Points of one edge follow one another.
-        if edge[i] != home:
-            home = edge[i]
-            near_count = _within_reach(home, boxes, groups, sides, near)
-        x, y, nx, ny = _place(deformed, home, local[i])
-        normal[i, 0], normal[i, 1] = nx, ny
-        if _runs_back(deformed, home, nx, ny):
-            continue
-        met[i], met_local[i], gap[i] = _nearest(
-            x, y, nx, ny, home, local[i], near, near_count, deformed, before, depth[home], sides
-        )
-    return normal, met, met_local, gap
-
-
-@compiled
-def _nearest(
-    x: float,
-    y: float,
-    nx: float,
-    ny: float,
-    home: int,
-    local: float,
-    near: Index,
-    near_count: int,
-    deformed: Array,
-    before: Array,
-    depth: float,
-    sides: _Sides,
-) -> tuple[int, float, float]:
-    """Return edge, local coordinate and gap of what a ray meets nearest to its point, if any."""
-    met, met_local, gap = NONE, 0.0, np.inf
-    tx, ty = -ny, nx
-    behind = BEHIND_MM + depth
-    for at in range(near_count):
-        e = near[at]
-        x0, y0 = deformed[e, 0, 0] - x, deformed[e, 0, 1] - y
-        x1, y1 = deformed[e, 1, 0] - x, deformed[e, 1, 1] - y
-        c0, c1 = x0 * tx + y0 * ty, x1 * tx + y1 * ty
-        if deformed.shape[1] == 3:
-            xm, ym = deformed[e, 2, 0] - x, deformed[e, 2, 1] - y
-            cm = xm * tx + ym * ty
-        else:
-            xm, ym, cm = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (c0 + c1)
-        square, linear = 2 * (c0 + c1 - 2 * cm), 4 * cm - 3 * c0 - c1
-        for xi in _roots(square, linear, c0):
-            if not -1e-10 <= xi <= 1 + 1e-10:
-                continue
-            n0, n1, nm = (1 - xi) * (1 - 2 * xi), xi * (2 * xi - 1), 4 * xi * (1 - xi)
-            d0, d1, dm = 4 * xi - 3, 4 * xi - 1, 4 - 8 * xi
-            g = (n0 * x0 + n1 * x1 + nm * xm) * nx + (n0 * y0 + n1 * y1 + nm * ym) * ny
-            if abs(g) > sides.reach_mm or abs(g) >= abs(gap):
-                continue
-            ax, ay = d0 * x0 + d1 * x1 + dm * xm, d0 * y0 + d1 * y1 + dm * ym
-            if ax * (x1 - x0) + ay * (y1 - y0) <= 0.0:
-                continue  # it runs back there, as in `_runs_back`
-            facing = (ay * nx - ax * ny) / np.hypot(ax, ay)
-            if facing >= FACING_COSINE or _form_tip(sides.edges, before, e, home):
-                continue
-            if g < -behind and _distance_before(before, home, local, e, xi) < -behind:
-                continue
-            met, met_local, gap = e, xi, g
-    return met, met_local, gap
-
-
-@compiled
-def _distance_before(before: Array, home: int, local: float, met: int, met_local: float) -> float:
-    """Return how far in front of a point of one edge a place on another was."""
-    x, y, nx, ny = _place(before, home, local)
-    met_x, met_y = _place(before, met, met_local)[:2]
-    distance: float = (met_x - x) * nx + (met_y - y) * ny
-    return distance
-
-
-@compiled
-def _first_touches(
-    edge: Index,
-    local: Array,
-    anchor: Index,
-    anchor_local: Array,
-    met: Index,
-    met_local: Array,
-    gap: Array,
-    before: Array,
-    depth: Array,
-    after: Array,
-    sides: _Sides,
-) -> tuple[Index, Array]:
-    """Return the anchors of points whose nodes (m, k, 2) go straight from ``before`` to ``after``.
-
-    ``met`` and ``gap`` belong to the end. The anchor of a point that is open at first and closed at
-    the end becomes what it meets where its gap vanishes; others keep theirs.
-    """
-    anchor, anchor_local = anchor.copy(), anchor_local.copy()
-    near = np.empty(len(before), np.intp)
-    _, _, _, beginning = _meetings(edge, local, before, before, depth, sides)
-    for i in range(len(edge)):
-        if gap[i] >= 0.0 or beginning[i] <= 0.0:
-            continue
-        home = edge[i]
-        outside, gap_outside, inside, gap_inside = 0.0, beginning[i], 1.0, gap[i]
-        if gap_outside == np.inf:
-            # Out of reach: how far is it from what it meets in the end?
-            x, y, nx, ny = _place(before, home, local[i])
-            met_x, met_y = _place(before, met[i], met_local[i])[:2]
-            gap_outside = (met_x - x) * nx + (met_y - y) * ny
-            if gap_outside <= 0.0:
-                continue
-        for _ in range(ENTRY_TRIALS):
-            share = outside + (inside - outside) * gap_outside / (gap_outside - gap_inside)
-            now = before + share * (after - before)
-            boxes, groups = _boxes(now)
-            count = _within_reach(home, boxes, groups, sides, near)
-            x, y, nx, ny = _place(now, home, local[i])
-            found, found_local, found_gap = _nearest(
-                x, y, nx, ny, home, local[i], near, count, now, before, depth[home], sides
-            )
-            if found == NONE:
-                break
-            anchor[i], anchor_local[i] = found, found_local
-            if found_gap > 0.0:
-                outside, gap_outside = share, found_gap
-            else:
-                inside, gap_inside = share, found_gap
-    return anchor, anchor_local
-
-
-@compiled
-def _roots(square: float, linear: float, constant: float) -> tuple[float, float]:
-    """Return the real roots of square ξ² + linear ξ + constant, without cancellation."""
-    if abs(square) <= 1e-14 * abs(linear):
-        if linear == 0.0:
-            return np.inf, np.inf
-        return -constant / linear, np.inf
-    discriminant = linear * linear - 4 * square * constant
-    if discriminant < 0.0:
-        return np.inf, np.inf
-    half = -0.5 * (linear + np.copysign(np.sqrt(discriminant), linear))
-    if half == 0.0:
-        return 0.0, np.inf
-    return half / square, constant / half
-
-
-@compiled
-def _form_tip(edges: Index, before: Array, one: int, other: int) -> bool:
-    """Whether two edges share a node and enclose tissue there, less than a half turn of it.
-
-    If one of them runs back at that node, no angle can be told, and they count as if they did.
-    """
-    if edges[one, 1] == edges[other, 0]:
-        first, second = one, other
-    elif edges[other, 1] == edges[one, 0]:
-        first, second = other, one
-    else:
-        return False
-    _, _, nx, ny = _place(before, first, 1.0)
-    _, _, mx, my = _place(before, second, 0.0)
-    if _runs_back(before, first, nx, ny) or _runs_back(before, second, mx, my):
-        return True
-    turned = np.arctan2(nx * my - ny * mx, nx * mx + ny * my)
-    tip: bool = 0.0 <= turned < np.pi - SHARPEST_TIP_RAD
-    return tip
-
-
-@compiled
-def _breaks(deformed: Array, sides: _Sides) -> Array:
-    """Return (b, 2): edge and local coordinate where its segments begin and end, unsorted.
-
-    An edge is broken at the normal projections of the other edges' end nodes within reach.
-    """
-    found = []
-    count, k = deformed.shape[0], deformed.shape[1]
-    boxes, groups = _boxes(deformed)
-    near = np.empty(count, np.intp)
-    for e in range(count):
-        found.append((float(e), 0.0))
-        found.append((float(e), 1.0))
-        x0, y0 = deformed[e, 0, 0], deformed[e, 0, 1]
-        x1, y1 = deformed[e, 1, 0], deformed[e, 1, 1]
-        if k == 3:
-            xm, ym = deformed[e, 2, 0], deformed[e, 2, 1]
-        else:
-            xm, ym = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
-        chord = (x1 - x0) ** 2 + (y1 - y0) ** 2
-        for other in near[: _within_reach(e, boxes, groups, sides, near)]:
-            for end in range(2):
-                px, py = deformed[other, end, 0], deformed[other, end, 1]
-                s = ((px - x0) * (x1 - x0) + (py - y0) * (y1 - y0)) / chord
-                if not -0.5 < s < 1.5:
-                    continue
-                for _ in range(8):
-                    n0, n1, nm = (1 - s) * (1 - 2 * s), s * (2 * s - 1), 4 * s * (1 - s)
-                    d0, d1, dm = 4 * s - 3, 4 * s - 1, 4 - 8 * s
-                    rx = px - (n0 * x0 + n1 * x1 + nm * xm)
-                    ry = py - (n0 * y0 + n1 * y1 + nm * ym)
-                    ax, ay = d0 * x0 + d1 * x1 + dm * xm, d0 * y0 + d1 * y1 + dm * ym
-                    s += (rx * ax + ry * ay) / (ax * ax + ay * ay)
-                if (
-                    SHORTEST_SEGMENT < s < 1 - SHORTEST_SEGMENT
-                    and rx * rx + ry * ry < sides.reach_mm * sides.reach_mm
-                ):
-                    found.append((float(e), s))
-    result = np.empty((len(found), 2))
-    for i in range(len(found)):
-        result[i, 0], result[i, 1] = found[i]
     return result

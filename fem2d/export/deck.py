@@ -31,13 +31,15 @@ from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import NormalLaw, pressure_of_gap
-from fem2d.contact.rigid import RigidContact
+from fem2d.contact.rigid import RigidContact, rigid_contacts
+from fem2d.contact.self_contact import self_contacts
+from fem2d.loads.dead import DeadLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.material import Material
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
-from fem2d.solvers.model import System
+from fem2d.solvers.model import Model
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
@@ -61,13 +63,13 @@ class DeckError(DrinksimError):
 
 
 def abaqus_deck(
-    system: System, motion: RigidMotion, *, start_s: float, end_s: float, title: str
+    model: Model, motion: RigidMotion, *, start_s: float, end_s: float, title: str
 ) -> str:
     """Return a whole model as an Abaqus/Standard input deck.
 
     Parameters
     ----------
-    system
+    model
         Tissue, contacts, ties. Units stay mm, s, N, MPa, tonne.
     motion
         Of the moving rigid outlines, in the frame of the tissue.
@@ -81,8 +83,8 @@ def abaqus_deck(
     DeckError
         If the model has an element, a material or a load without counterpart.
     """
-    _refuse_untold(system)
-    outlines = _outlines(system, motion, start_s)
+    _refuse_untold(model)
+    outlines = _outlines(model, motion, start_s)
     lines = [
         *_comment(
             title,
@@ -90,15 +92,15 @@ def abaqus_deck(
             "ties to bone are grounded springs, lumped at the nodes",
             "rigid surfaces run so that the tissue is on their left, where their normal points",
         ),
-        *_tissue(system.body, density=system.inertia.density_tonne_per_mm3,
-                 beta=system.inertia.relaxation_s),
-        *_springs(system.body, system.ties),
-        *_surfaces(system.body, _contact_surfaces(system)),
-        *_rigid_bodies(system, outlines, motion, start_s),
-        *_contacts(system),
+        *_tissue(model.body, density=model.inertia.density_tonne_per_mm3,
+                 beta=model.inertia.relaxation_s),
+        *_springs(model.body, model.ties),
+        *_surfaces(model.body, _contact_surfaces(model)),
+        *_rigid_bodies(model, outlines, motion, start_s),
+        *_contacts(model),
         *_amplitudes(motion, start_s, end_s),
-        *_pull_amplitudes(system, start_s),
-        *_dynamic_step(system, outlines, start_s, end_s),
+        *_pull_amplitudes(model, start_s),
+        *_dynamic_step(model, outlines, start_s, end_s),
     ]  # fmt: skip
     return "\n".join(lines) + "\n"
 
@@ -267,13 +269,11 @@ def _surfaces(body: Body, surfaces: Mapping[str, Surface]) -> Iterator[str]:
             yield f"{element}, {face}"
 
 
-def _contact_surfaces(system: System) -> dict[str, Surface]:
+def _contact_surfaces(model: Model) -> dict[str, Surface]:
     """Deformable surfaces by name; pairs that share one name it once."""
     surfaces: dict[str, Surface] = {}
-    found = [pair.surface for pair in system.contacts]
-    found += [surface for fold in system.folds for surface in fold.surfaces]
-    for surface in found:
-        surfaces.setdefault(_surface_name(system.body, surface), surface)
+    for surface in (surface for contact in model.contacts for surface in contact.surfaces):
+        surfaces.setdefault(_surface_name(model.body, surface), surface)
     return surfaces
 
 
@@ -292,11 +292,11 @@ def _surface_name(body: Body, surface: Surface) -> str:
     return "_".join([*(name.upper() for name in parts), "FACES"])
 
 
-def _outlines(system: System, motion: RigidMotion, start_s: float) -> dict[str, Outline]:
+def _outlines(model: Model, motion: RigidMotion, start_s: float) -> dict[str, Outline]:
     """Rigid outlines where they are at the start, by the last word of their pairs' names."""
     start = motion.at(start_s)
     outlines: dict[str, Outline] = {}
-    for pair in system.contacts:
+    for pair in rigid_contacts(model.contacts):
         placed = pair.outline
         if pair.moving:
             placed = placed.moved(start.angle_rad, start.shift_mm)
@@ -315,10 +315,10 @@ def _reference_nodes(body: Body, outlines: Mapping[str, Outline]) -> dict[str, i
 
 
 def _rigid_bodies(
-    system: System, outlines: Mapping[str, Outline], motion: RigidMotion, start_s: float
+    model: Model, outlines: Mapping[str, Outline], motion: RigidMotion, start_s: float
 ) -> Iterator[str]:
-    moving = {_rigid_name(pair) for pair in system.contacts if pair.moving}
-    references = _reference_nodes(system.body, outlines)
+    moving = {_rigid_name(pair) for pair in rigid_contacts(model.contacts) if pair.moving}
+    references = _reference_nodes(model.body, outlines)
     for name, outline in outlines.items():
         x, y = motion.at(start_s).shift_mm if name in moving else outline.start[0].tolist()
         yield f"*NODE, NSET={name}_REF"
@@ -345,17 +345,17 @@ def _segments(outline: Outline) -> Iterator[str]:
             yield f"CIRCL, {px:.12g}, {py:.12g}, {cx:.12g}, {cy:.12g}"
 
 
-def _contacts(system: System) -> Iterator[str]:
-    body = system.body
+def _contacts(model: Model) -> Iterator[str]:
+    body = model.body
     pairs = [
         (_surface_name(body, pair.surface), _rigid_name(pair), pair.normal, pair.friction)
-        for pair in system.contacts
+        for pair in rigid_contacts(model.contacts)
     ]
-    for fold in system.folds:
-        names = [_surface_name(body, surface) for surface in fold.surfaces]
-        pairs += [(*both, fold.normal, fold.friction) for both in combinations(names, 2)]
-        if fold.itself:
-            pairs += [(name, "", fold.normal, fold.friction) for name in names]
+    for contact in self_contacts(model.contacts):
+        names = [_surface_name(body, surface) for surface in contact.surfaces]
+        pairs += [(*both, contact.normal, contact.friction) for both in combinations(names, 2)]
+        if contact.same_surface:
+            pairs += [(name, "", contact.normal, contact.friction) for name in names]
     for number, (name, other, normal, friction) in enumerate(pairs, start=1):
         yield f"*SURFACE INTERACTION, NAME=INTERACTION_{number}"
         yield f"{body.thickness_mm:.12g}"
@@ -389,30 +389,33 @@ def _amplitudes(motion: RigidMotion, start_s: float, end_s: float) -> Iterator[s
             yield ", ".join(pairs[first : first + 4])
 
 
-def _pull_amplitudes(system: System, start_s: float) -> Iterator[str]:
+def _dead_loads(model: Model) -> list[DeadLoad]:
+    return [load for load in model.loads if isinstance(load, DeadLoad)]
+
+
+def _pull_amplitudes(model: Model, start_s: float) -> Iterator[str]:
     """Yield how much of each dead load acts, against step time."""
-    for number, load in enumerate(system.loads, start=1):
+    for number, load in enumerate(_dead_loads(model), start=1):
         yield f"*AMPLITUDE, NAME=PULL_{number}, DEFINITION=SMOOTH STEP"
         amplitude = load.amplitude
         for time, factor in zip(amplitude.time_s, amplitude.factor, strict=True):
             yield f"{time - start_s:.9g}, {factor:.12g}"
 
 
-def _pulls(system: System) -> Iterator[str]:
+def _pulls(model: Model) -> Iterator[str]:
     """Yield each dead load as forces at the nodes."""
-    for number, load in enumerate(system.loads, start=1):
-        force = np.zeros(2 * len(system.body.nodes))
-        np.add.at(force, load.dofs, load.full_force)
+    for number, load in enumerate(_dead_loads(model), start=1):
+        force = load.surface.scattered(load.full_force)
         yield f"*CLOAD, AMPLITUDE=PULL_{number}"
         for dof in np.flatnonzero(force):
             yield f"{dof // 2 + 1}, {dof % 2 + 1}, {force[dof]:.12g}"
 
 
 def _dynamic_step(
-    system: System, outlines: Mapping[str, Outline], start_s: float, end_s: float
+    model: Model, outlines: Mapping[str, Outline], start_s: float, end_s: float
 ) -> Iterator[str]:
-    references = _reference_nodes(system.body, outlines)
-    moving = {_rigid_name(pair) for pair in system.contacts if pair.moving}
+    references = _reference_nodes(model.body, outlines)
+    moving = {_rigid_name(pair) for pair in rigid_contacts(model.contacts) if pair.moving}
     yield "*STEP, NAME=SIP, NLGEOM=YES, INC=100000, UNSYMM=YES"
     yield "*DYNAMIC, APPLICATION=QUASI-STATIC"
     yield f"0.001, {end_s - start_s:.9g}, 1e-09, 0.02"
@@ -423,7 +426,7 @@ def _dynamic_step(
     for amplitude, dof in zip(AMPLITUDES, (1, 2, 6), strict=True):
         yield f"*BOUNDARY, AMPLITUDE={amplitude}"
         yield from (f"{references[name]}, {dof}, {dof}, 1." for name in outlines if name in moving)
-    yield from _pulls(system)
+    yield from _pulls(model)
     yield "*OUTPUT, FIELD, TIME INTERVAL=0.05"
     yield "*NODE OUTPUT"
     yield "U"
@@ -438,8 +441,10 @@ def _dynamic_step(
     yield "*END STEP"
 
 
-def _refuse_untold(system: System) -> None:
-    for tie in system.ties:
+def _refuse_untold(model: Model) -> None:
+    if len(_dead_loads(model)) < len(model.loads) or model.held.size:
+        raise DeckError("the model has loads that are not dead, or held unknowns: a deck has none")
+    for tie in model.ties:
         if tie.attached_at is not None or tie.only_along is not None:
             raise DeckError(
                 f"tie {tie.name!r} moves with the package or holds one direction only: "

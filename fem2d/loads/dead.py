@@ -7,16 +7,18 @@ forces do not depend on the displacement, so it has the energy ``−f·u`` and n
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fem2d.body.component import BodyComponent
+from fem2d.body.sparse import SparsePattern
 from fem2d.body.surface import Surface
 from fem2d.loads.amplitude import Amplitude, LoadError
+from fem2d.loads.load import Load
 
 Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -71,14 +73,31 @@ class DeadLoad:
         object.__setattr__(self, "full_force", self.surface.assembled_force(traction)[1])
 
     @property
-    def dofs(self) -> Index:
-        """(m, 2k) degrees of freedom that :meth:`force` belongs to."""
-        return self.surface.dofs
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The surface it acts on."""
+        return (self.surface,)
 
-    def force(self, time_s: float) -> Array:
-        """Return the nodal forces (m, 2k), N, at a time, s."""
-        return self.amplitude.at(time_s) * self.full_force
+    def on_component(self, component: BodyComponent) -> DeadLoad | None:
+        """Return the same load on a component that has its surface; see `AppliedForce`."""
+        if not component.has(self.surface):
+            return None
+        return replace(self, surface=component.surface(self.surface))
 
-    def energy(self, displacement: Array, time_s: float) -> float:
-        """Return the energy, N mm, of the load at a displacement (n, 2), mm: less its work."""
-        return -float(np.sum(self.force(time_s) * displacement.ravel()[self.dofs]))
+    def force(self, displacement: Array, load: Load) -> Array:
+        """Return the nodal forces (2n,), N, at the instant of a load; see `AppliedForce`."""
+        return self.surface.scattered(self.amplitude.at(load.time_s) * self.full_force)
+
+    def change(self, displacement: Array, before: Load, after: Load) -> Array:
+        """Return by how much the forces (2n,), N, change from one load's instant to another's."""
+        factor = self.amplitude.at(after.time_s) - self.amplitude.at(before.time_s)
+        return self.surface.scattered(factor * self.full_force)
+
+    def add_stiffness(
+        self, data: Array, pattern: SparsePattern, displacement: Array, load: Load, *, psd: bool
+    ) -> None:
+        """Add nothing: a dead load does not depend on the displacement."""
+
+    def energy(self, displacement: Array, load: Load) -> float:
+        """Return the energy, N mm, at a displacement (n, 2), mm: minus the work of the forces."""
+        nodal = self.amplitude.at(load.time_s) * self.full_force
+        return -float(np.sum(nodal * displacement.ravel()[self.surface.dofs]))

@@ -29,7 +29,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fem2d.body.body import Body, Response
+from fem2d.body.component import ABSENT, BodyComponent
+from fem2d.body.sparse import SparsePattern
+from fem2d.body.surface import Surface
 from fem2d.loads.amplitude import Amplitude, LoadError
+from fem2d.loads.load import Load
 from fem2d.loads.muscle_kernels import assemble_across, assemble_in_plane
 from fem2d.loads.muscle_law import MuscleFibre
 
@@ -208,23 +212,44 @@ class Muscle:
         """Reference area of its fibres in the section, ∫ φ dA, mm²; not of a body of revolution."""
         return float(np.sum(self._volumes)) / self.body.thickness_mm
 
-    def on_piece(self, piece: Body, nodes: Index) -> Muscle | None:
-        """Return the muscle as far as it lies on ``piece``, the body's elements on ``nodes``.
+    @property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """None: a muscle acts inside the body."""
+        return ()
 
-        None if it does not. The piece's elements are the body's, in order, see :meth:`Body.piece`.
+    def on_component(self, component: BodyComponent) -> Muscle | None:
+        """Return the muscle as far as it lies on a component; see `AppliedForce`.
+
+        The component's elements are the body's, in order, see :meth:`Body.component`.
         """
-        here = np.zeros(len(self.body.nodes), np.bool_)
-        here[nodes] = True
-        elements = np.flatnonzero(here[self.body.tables.connectivity[:, 0]])
-        if not self.share[elements].any():
+        here = component.number[self.body.tables.connectivity[:, 0]] != ABSENT
+        if not self.share[here].any():
             return None
         fibres = self.fibres
         own = (
-            replace(fibres, curvature_per_mm=fibres.curvature_per_mm[elements])
+            replace(fibres, curvature_per_mm=fibres.curvature_per_mm[here])
             if isinstance(fibres, FibresAcross)
-            else replace(fibres, direction=fibres.direction[elements])
+            else replace(fibres, direction=fibres.direction[here])
         )
-        return replace(self, body=piece, share=self.share[elements], fibres=own)
+        return replace(self, body=component.body, share=self.share[here], fibres=own)
+
+    def force(self, displacement: Array, load: Load) -> Array:
+        """Return the nodal forces (2n,), N, at the instant of a load; see `AppliedForce`."""
+        return -self.response(displacement, load.time_s, order=1).force
+
+    def change(self, displacement: Array, before: Load, after: Load) -> Array:
+        """Return by how much the forces (2n,), N, change from one load's instant to another's."""
+        return self.force(displacement, after) - self.force(displacement, before)
+
+    def add_stiffness(
+        self, data: Array, pattern: SparsePattern, displacement: Array, load: Load, *, psd: bool
+    ) -> None:
+        """Add the fibres' stiffness, N/mm; see `AppliedForce`."""
+        data += self.response(displacement, load.time_s, psd=psd).stiffness
+
+    def energy(self, displacement: Array, load: Load) -> float:
+        """Return the energy of the fibres, N mm, at the instant of a load."""
+        return self.response(displacement, load.time_s, order=1).energy
 
     @cached_property
     def _tables(self) -> tuple[NDArray[np.int64], Array, NDArray[np.int32]]:

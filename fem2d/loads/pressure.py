@@ -12,12 +12,15 @@ tissue comes up to the rim, smoothly, so that the derivative stays continuous.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fem2d.body.component import BodyComponent
+from fem2d.body.sparse import SparsePattern
 from fem2d.body.surface import Surface
+from fem2d.loads.load import Load
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.outline import Outline
 
@@ -85,9 +88,36 @@ class FollowerPressure:
     exposure: Exposure | None = None
 
     @property
-    def dofs(self) -> Index:
-        """(m, 2k) degrees of freedom of each edge, to which forces and stiffness belong."""
-        return self.surface.dofs
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The surface it acts on."""
+        return (self.surface,)
+
+    def on_component(self, component: BodyComponent) -> FollowerPressure | None:
+        """Return the same load on a component that has its surface; see `AppliedForce`."""
+        if not component.has(self.surface):
+            return None
+        return replace(self, surface=component.surface(self.surface))
+
+    def force(self, displacement: Array, load: Load) -> Array:
+        """Return the nodal forces (2n,), N, of the load's pressure; see `AppliedForce`."""
+        return load.pressure_mpa * self.surface.scattered(self.unit_force(displacement))
+
+    def change(self, displacement: Array, before: Load, after: Load) -> Array:
+        """Return by how much the forces (2n,), N, change from one load's pressure to another's."""
+        grown = after.pressure_mpa - before.pressure_mpa
+        return grown * self.surface.scattered(self.unit_force(displacement))
+
+    def add_stiffness(
+        self, data: Array, pattern: SparsePattern, displacement: Array, load: Load, *, psd: bool
+    ) -> None:
+        """Add minus the derivative of the forces, N/mm; nothing with ``psd``."""
+        if load.pressure_mpa != 0 and not psd:
+            blocks = load.pressure_mpa * self.unit_stiffness(displacement)
+            np.subtract.at(data, pattern.slots(self.surface.dofs), blocks)
+
+    def energy(self, displacement: Array, load: Load) -> float:
+        """Return 0: a pressure on part of a surface has no potential."""
+        return 0.0
 
     def unit_force(self, displacement: Array) -> Array:
         """Return the nodal forces (m, 2k), N/MPa, of a pressure of 1 MPa at ``displacement``.

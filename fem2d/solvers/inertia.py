@@ -124,3 +124,7 @@ class Inertia:
             + duration_s**2 * (0.5 - self.beta) * state.acceleration
         )
         return coasted
+
+
+QUASI_STATIC = Inertia(density_tonne_per_mm3=0.0, spectral_radius=0.0, relaxation_s=0.0)
+"""Nothing resists motion: every instant is at rest."""

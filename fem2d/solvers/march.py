@@ -10,23 +10,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fem2d.contact.rigid import ContactResponse
-from fem2d.contact.self_contact import SelfContactResponse
-from fem2d.solvers.linear import DirectSolver
-from fem2d.solvers.model import Energies, System, SystemBalance
+from fem2d.contact.contact import ContactResponse
+from fem2d.contact.rigid import rigid_responses
+from fem2d.loads.load import Load, Loading
+from fem2d.solvers.linear import DirectSolver, fastest_solver
+from fem2d.solvers.model import Energies, Model, ModelBalance
 from fem2d.solvers.newton import NewtonResult, NewtonSettings
 from fem2d.solvers.stability import Instability, instability_of
 from fem2d.solvers.state import State
-from fem2d.solvers.step import Stepper
+from fem2d.solvers.stepper import Stepper
+from fem2d.threads import Threads
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.settings import setting
-from geometry2d.rigid import RigidMotion, RigidPlacement
+from geometry2d.rigid import RigidMotion
 
 Array = NDArray[np.float64]
 
@@ -38,6 +41,10 @@ PREDICTOR_ERROR_LIMIT = 10.0
 
 SHRINKING = 0.6
 """A step whose forces balance is followed by one of at least this share of its length."""
+
+
+class MarchError(DrinksimError):
+    """A march was asked for that makes no sense."""
 
 
 class MarchStatus(Enum):
@@ -119,7 +126,7 @@ class StepSettings:
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Commit:
     """One committed increment.
 
@@ -128,7 +135,9 @@ class Commit:
     state
         The new committed state.
     contacts
-        What each contact pair does at the end of it.
+        What each contact does in it.
+    reaction
+        (2n,) what holds the body at its held unknowns, N; zero elsewhere but for what is left.
     newton
         How the forces came into balance.
     cutbacks
@@ -140,18 +149,16 @@ class Commit:
     instability
         How the equilibrium would be unstable without inertia; None if it is stable, or if nobody
         asked.
-    folds
-        What each contact of the tissue with itself does at the end of it.
     """
 
     state: State
     contacts: tuple[ContactResponse, ...]
+    reaction: Array
     newton: NewtonResult
     cutbacks: int
     duration_s: float
     energies: Energies
     instability: Instability | None = None
-    folds: tuple[SelfContactResponse, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -164,42 +171,64 @@ class MarchResult:
     iterations: int
     cutbacks: int
 
+    @property
+    def converged(self) -> bool:
+        """Whether the whole motion was followed."""
+        return self.status is MarchStatus.FINISHED
+
+    def __repr__(self) -> str:
+        return (
+            f"MarchResult({self.status.name}, {self.increments} increments to "
+            f"{self.state.time_s:g} s, {self.iterations} iterations, {self.cutbacks} cutbacks)"
+        )
+
 
 def march(
-    system: System,
-    motion: RigidMotion,
+    model: Model,
+    motion: RigidMotion | Loading,
     start: State,
     *,
-    solver: DirectSolver,
     end_s: float | None = None,
+    solver: DirectSolver | None = None,
     steps: StepSettings | None = None,
     newton: NewtonSettings | None = None,
+    threads: Threads | None = None,
     on_commit: Callable[[Commit], None] = lambda commit: None,
 ) -> MarchResult:
-    """Follow ``motion`` from the committed state ``start`` and return how it went.
+    """Follow a motion from the committed state ``start`` and return how it went.
 
     Parameters
     ----------
-    system
+    model
         What is to be in balance.
     motion
-        Of the moving rigid body, in the frame of the tissue.
+        Of the moving rigid bodies, in the frame of the tissue; or all that acts at each instant.
     start
         Committed state to start from; resuming from any committed state gives the same bits.
-    solver
-        For the linear systems; parts that do not touch get others of its kind.
     end_s
         Where to stop, s; the motion's last sample by default.
+    solver
+        For the linear systems, the fastest there is by default; components that do not touch get
+        others of its kind.
+    steps, newton
+        How long steps are, and when a balance is good enough.
+    threads
+        Share the work; two by default.
     on_commit
-        Called with every committed increment, in order, on a second thread, while the next step is
-        solved on this one; raising ``KeyboardInterrupt`` stops.
+        Called with every committed increment, in order, while the next step is being solved;
+        raising ``KeyboardInterrupt`` stops.
+
+    Raises
+    ------
+    MarchError
+        If all that acts is given without where to stop.
     """
-    steps = steps or StepSettings()
-    last_s = float(motion.time_s[-1]) if end_s is None else end_s
-    stepper = Stepper(system, motion, solver, newton or NewtonSettings())
+    loading, last_s = _loading(motion, end_s)
+    steps, threads = steps or StepSettings(), threads or Threads()
+    stepper = Stepper(model, solver or fastest_solver(), newton or NewtonSettings(), threads)
     state = start
-    of_body = system.body.response(start.displacement)
-    touching = system.contact_responses(state.displacement, state.placement, state)
+    body = model.body.response(start.displacement)
+    contacts = model.contact_responses(state.displacement, state.placement, state)
     increments = iterations = cutbacks = 0
 
     def ended(status: MarchStatus) -> MarchResult:
@@ -207,7 +236,7 @@ def march(
             status = MarchStatus.INTERRUPTED
         return MarchResult(status, state, increments, iterations, cutbacks)
 
-    with _Reports(system, steps.watch_stability, on_commit) as reports:
+    with threads.tuned(), _Reports(steps.watch_stability, threads, on_commit) as reports:
         while state.time_s < last_s * (1 - 1e-12):
             rejected = 0
             proposed = min(state.next_step_s, steps.longest_s)
@@ -215,11 +244,13 @@ def march(
                 duration = min(
                     proposed,
                     last_s - state.time_s,
-                    _travel_limit(system, motion, state, touching, steps),
+                    _travel_limit(loading, state, contacts, steps),
                 )
-                trial, balance = stepper.attempt(state, duration, of_body)
+                trial, balance = stepper.attempt(
+                    state, loading(state.time_s + duration), duration, body
+                )
                 iterations += trial.iterations
-                sound = trial.converged and not _penetration_grew(touching, balance, steps)
+                sound = trial.converged and not _penetration_grew(contacts, balance, steps)
                 if sound and not _predictor_failed(trial, duration, steps):
                     break
                 rejected += 1
@@ -229,16 +260,24 @@ def march(
                     return ended(MarchStatus.STEP_TOO_SMALL)
             cutbacks += rejected
             next_step = duration * _growth(trial, rejected, steps)
-            placement = motion.at(state.time_s + duration)
-            commit = committed(
-                system, state, duration, placement, trial, balance, rejected, next_step
-            )
+            commit = _committed(trial, balance, rejected, next_step)
             if reports.stopped():
                 return ended(MarchStatus.INTERRUPTED)
             reports.add(commit, balance)
-            state, of_body, touching = commit.state, balance.of_body, balance.touching
+            state, body, contacts = commit.state, balance.body, balance.contacts
             increments += 1
         return ended(MarchStatus.FINISHED)
+
+
+def _loading(motion: RigidMotion | Loading, end_s: float | None) -> tuple[Loading, float]:
+    """Return what acts at each instant, and where to stop, s."""
+    if isinstance(motion, RigidMotion):
+        last_s = float(motion.time_s[-1]) if end_s is None else end_s
+        return lambda time_s: Load.at(motion.at(time_s), time_s), last_s
+    if end_s is None:
+        raise MarchError("a march under given loads has no end of its own: give end_s")
+    given = motion
+    return lambda time_s: replace(given(time_s), time_s=time_s), end_s
 
 
 class _Reports:
@@ -248,10 +287,10 @@ class _Reports:
     """
 
     def __init__(
-        self, system: System, watch_stability: bool, on_commit: Callable[[Commit], None]
+        self, watch_stability: bool, threads: Threads, on_commit: Callable[[Commit], None]
     ) -> None:
-        self._system, self._watch, self._on_commit = system, watch_stability, on_commit
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="reports")
+        self._watch, self._on_commit = watch_stability, on_commit
+        self._aside = threads.aside()
         self._last: Future[None] | None = None
         self._stopped = False
 
@@ -259,11 +298,11 @@ class _Reports:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._thread.shutdown()
+        self._aside.shutdown()
 
-    def add(self, commit: Commit, balance: SystemBalance) -> None:
+    def add(self, commit: Commit, balance: ModelBalance) -> None:
         """Report an increment."""
-        self._last = self._thread.submit(self._report, commit, balance)
+        self._last = self._aside.submit(self._report, commit, balance)
 
     def stopped(self) -> bool:
         """Wait until all is reported and return whether a report asked to stop.
@@ -278,64 +317,47 @@ class _Reports:
                 self._stopped = True
         return self._stopped
 
-    def _report(self, commit: Commit, balance: SystemBalance) -> None:
+    def _report(self, commit: Commit, balance: ModelBalance) -> None:
         if self._watch:
-            tangent = self._system.static_tangent(balance.of_body, balance.touching, balance.folded)
-            positions = self._system.body.nodes + commit.state.displacement
+            model, state = balance.model, commit.state
+            tangent = model.static_tangent(state, balance.contacts, balance.body)
+            positions = model.body.nodes + state.displacement
             commit = replace(commit, instability=instability_of(tangent, positions))
         self._on_commit(commit)
 
 
-def committed(
-    system: System,
-    before: State,
-    duration_s: float,
-    placement: RigidPlacement,
-    trial: NewtonResult,
-    balance: SystemBalance,
-    cutbacks: int,
-    next_step_s: float,
+def _committed(
+    trial: NewtonResult, balance: ModelBalance, cutbacks: int, next_step_s: float
 ) -> Commit:
     """Make a converged trial the new committed state."""
-    if system.inertia.is_dynamic:
-        velocity, acceleration = system.inertia.rates(before, trial.displacement, duration_s)
-    else:
-        velocity, acceleration = np.zeros_like(before.velocity), before.acceleration
+    model, before, duration_s = balance.model, balance.before, balance.duration_s
+    velocity, acceleration = np.zeros_like(before.velocity), before.acceleration
+    if model.inertia.is_dynamic and duration_s is not None:
+        velocity, acceleration = model.inertia.rates(before, trial.displacement, duration_s)
     state = State(
-        before.time_s + duration_s,
-        placement,
+        balance.load,
         trial.displacement,
         velocity,
         acceleration,
-        tuple(c.history for c in balance.touching),
+        tuple(touch.state for touch in balance.contacts),
         next_step_s,
-        tuple(f.history for f in balance.folded),
     )
+    energies = model.energies(state, balance)
     return Commit(
-        state,
-        balance.touching,
-        trial,
-        cutbacks,
-        duration_s,
-        system.energies(state, balance),
-        folds=balance.folded,
+        state, balance.contacts, balance.forces, trial, cutbacks, duration_s or 0.0, energies
     )
 
 
 def _travel_limit(
-    system: System,
-    motion: RigidMotion,
-    state: State,
-    touching: tuple[ContactResponse, ...],
-    steps: StepSettings,
+    loading: Loading, state: State, contacts: tuple[ContactResponse, ...], steps: StepSettings
 ) -> float:
-    """Return the duration in which the moving body travels as far as a step allows."""
-    ahead = motion.at(state.time_s + steps.longest_s)
+    """Return the duration in which moving bodies travel as far as a step allows."""
+    ahead = loading(state.time_s + steps.longest_s).placement
     share = np.inf
-    for pair, touch in zip(system.contacts, touching, strict=True):
-        if pair.moving:
-            nodal = pair.surface.nodal
-            point = nodal(touch.history.body_position)
+    for touch in rigid_responses(contacts):
+        if touch.contact.moving:
+            nodal = touch.contact.surface.nodal
+            point = nodal(touch.state.body_position)
             travel = np.linalg.norm(ahead.apply(point) - state.placement.apply(point), axis=-1)
             allowed = np.maximum(steps.travel_mm, 0.7 * nodal(touch.points.gap))
             share = min(share, float(np.min(allowed / np.maximum(travel, TINY_MM))))
@@ -343,10 +365,10 @@ def _travel_limit(
 
 
 def _penetration_grew(
-    before: tuple[ContactResponse, ...], balance: SystemBalance, steps: StepSettings
+    before: tuple[ContactResponse, ...], balance: ModelBalance, steps: StepSettings
 ) -> bool:
     """Whether tissue has gone into a rigid body farther than pressure can push it in one step."""
-    return _deepest(balance.touching) - _deepest(before) > steps.penetration_growth_mm
+    return _deepest(balance.contacts) - _deepest(before) > steps.penetration_growth_mm
 
 
 def _predictor_failed(trial: NewtonResult, duration_s: float, steps: StepSettings) -> bool:
@@ -357,9 +379,9 @@ def _predictor_failed(trial: NewtonResult, duration_s: float, steps: StepSetting
     )
 
 
-def _deepest(touching: tuple[ContactResponse, ...]) -> float:
+def _deepest(contacts: tuple[ContactResponse, ...]) -> float:
     """Return the deepest penetration of a rigid body, mm; 0 if there is none."""
-    return max([0.0, *(-float(np.min(touch.points.gap)) for touch in touching)])
+    return max([0.0, *(-float(np.min(t.points.gap)) for t in rigid_responses(contacts))])
 
 
 def _growth(trial: NewtonResult, rejected: int, steps: StepSettings) -> float:

@@ -1,22 +1,26 @@
-"""A body, what holds it and what it touches: unbalanced forces and their derivative."""
+"""A body, what holds it, what it touches and what acts on it: unbalanced forces and tangent."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fem2d.body.body import Body, Response
-from fem2d.contact.rigid import ContactResponse, RigidContact
-from fem2d.contact.self_contact import SelfContact, SelfContactResponse
-from fem2d.loads.dead import DeadLoad
+from fem2d.contact.contact import Contact, ContactResponse
+from fem2d.loads.load import AppliedForce, Load
 from fem2d.loads.tie import ElasticTie
-from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.bordered import Border, Tangent
+from fem2d.solvers.inertia import QUASI_STATIC, Inertia
 from fem2d.solvers.newton import Balance, work_of
 from fem2d.solvers.state import State
-from geometry2d.rigid import UNMOVED, RigidPlacement
+from fem2d.threads import ONE_THREAD, Threads
+from geometry2d.rigid import RigidPlacement
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -33,26 +37,61 @@ class Energies:
     load: float
 
 
-@dataclass(frozen=True)
-class SystemBalance(Balance):
-    """Unbalanced forces of a system, and what its parts do there.
+@dataclass(frozen=True, eq=False)
+class ModelBalance(Balance):
+    """Unbalanced forces of a model at a trial, and what its members do there.
 
     Attributes
     ----------
-    of_body
+    model, displacement, load, before, duration_s
+        What was asked: the displacement (n, 2), mm, the load, the committed state before and the
+        time since then, s; None in statics.
+    forces
+        (2n,) unbalanced forces without supports, N: in equilibrium, what holds the held unknowns.
+    body
         Energy, force and stiffness of the body.
-    touching, folded
-        What each contact pair, and each contact of the tissue with itself, does; empty where the
-        deformation is inadmissible.
+    contacts
+        What each contact does; empty where the deformation is inadmissible.
+    stiffness
+        Builds the derivative (2n, 2n) of ``forces``, or its stand-in; see `Balance.tangent`.
     """
 
-    of_body: Response
-    touching: tuple[ContactResponse, ...] = ()
-    folded: tuple[SelfContactResponse, ...] = ()
+    model: Model
+    displacement: Array
+    load: Load
+    before: State
+    duration_s: float | None
+    forces: Array
+    body: Response
+    contacts: tuple[ContactResponse, ...]
+    stiffness: Callable[[bool], sp.csr_matrix]
 
 
-@dataclass(frozen=True)
-class System:
+class FurtherUnknowns(Protocol):
+    """Unknowns beside the displacements, each a value of the load, with an equation for each.
+
+    For instance a pressure that is to bring a node somewhere (`fem2d.solvers.static.Steering`).
+    """
+
+    def values(self, load: Load) -> Array:
+        """Return the values (m,) of the unknowns in a load."""
+        ...
+
+    def applied(self, load: Load, values: Array) -> Load:
+        """Return the load with these values (m,) of the unknowns."""
+        ...
+
+    def residual(self, trial: ModelBalance) -> Array:
+        """Return what is left of the equations (m,), as forces, N."""
+        ...
+
+    def border(self, trial: ModelBalance, *, psd: bool) -> Border:
+        """Return the derivatives; with ``psd`` to go with the stand-in of the stiffness."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
     """Everything whose forces balance.
 
     Parameters
@@ -60,171 +99,299 @@ class System:
     body
         The tissue.
     contacts
-        Contact pairs with rigid outlines.
+        With rigid outlines, and of deformable surfaces: lip on lip, creases, or an elastic neck
+        that is a component of the body.
     ties
-        Elastic ties to bone, or to the moving body.
-    inertia
-        What resists acceleration.
-    folds
-        Contacts of the tissue with itself: lip on lip, creases, or an elastic neck meshed with it.
+        Elastic ties to bone, or to the moving rigid bodies.
     loads
-        Dead loads on the tissue.
+        Dead loads and follower pressures on surfaces, muscles.
+    held
+        (h,) unknowns ``2 * node + component`` whose displacement the load prescribes.
+    inertia
+        What resists motion; nothing does by default.
     """
 
     body: Body
-    contacts: tuple[RigidContact, ...]
-    ties: tuple[ElasticTie, ...]
-    inertia: Inertia
-    folds: tuple[SelfContact, ...] = ()
-    loads: tuple[DeadLoad, ...] = ()
-    tie_stiffness: sp.csr_matrix = field(init=False, repr=False, compare=False)
-    tie_only: sp.csr_matrix = field(init=False, repr=False, compare=False)
-    """The same without the zeros of the body's pattern."""
-    mass: sp.csr_matrix = field(init=False, repr=False, compare=False)
-    viscosity: sp.csr_matrix = field(init=False, repr=False, compare=False)
-    """τ K₀, N s/mm."""
+    _: KW_ONLY
+    contacts: Sequence[Contact] = ()
+    ties: Sequence[ElasticTie] = ()
+    loads: Sequence[AppliedForce] = ()
+    held: Index = field(default_factory=lambda: np.empty(0, np.intp))
+    inertia: Inertia = QUASI_STATIC
 
     def __post_init__(self) -> None:
+        for name in ("contacts", "ties", "loads"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        object.__setattr__(self, "held", np.asarray(self.held, np.intp))
+
+    def __repr__(self) -> str:
+        counts = {"contacts": self.contacts, "ties": self.ties, "loads": self.loads}
+        named = ", ".join(f"{len(what)} {name}" for name, what in counts.items() if len(what))
+        return f"Model({self.body!r}{', ' if named else ''}{named}, {self.held.size} held unknowns)"
+
+    @cached_property
+    def free(self) -> NDArray[np.bool_]:
+        """(2n,) which unknowns are not held."""
+        free = np.ones(self.body.pattern.size, np.bool_)
+        free[self.held] = False
+        return free
+
+    @cached_property
+    def tie_stiffness(self) -> sp.csr_matrix:
+        """(2n, 2n) stiffness of all ties in the body's pattern, N/mm."""
         pattern = self.body.pattern
-        data = np.zeros(len(pattern.indices))
+        data = np.zeros(pattern.nonzeros)
         for tie in self.ties:
             dofs, blocks = tie.blocks()
             np.add.at(data, pattern.slots(dofs), blocks)
-        object.__setattr__(self, "tie_stiffness", pattern.matrix(data))
+        return pattern.matrix(data)
+
+    @cached_property
+    def tie_only(self) -> sp.csr_matrix:
+        """The same without the zeros of the body's pattern."""
         tie_only = self.tie_stiffness.copy()
         tie_only.eliminate_zeros()
-        object.__setattr__(self, "tie_only", tie_only)
-        mass = self.body.mass(self.inertia.density_tonne_per_mm3)
-        object.__setattr__(self, "mass", pattern.matrix(mass))
-        undeformed = self.body.response(np.zeros_like(self.body.nodes)).stiffness
-        viscosity = pattern.matrix(self.inertia.relaxation_s * undeformed)
-        object.__setattr__(self, "viscosity", viscosity)
+        return tie_only
 
-    def state_at_rest(
-        self, time_s: float, placement: RigidPlacement, *, next_step_s: float
-    ) -> State:
-        """Return the undeformed state, the moving body at ``placement``."""
-        zero = np.zeros_like(self.body.nodes)
-        histories = tuple(
-            c.initial_history(zero, placement if c.moving else UNMOVED) for c in self.contacts
-        )
-        folds = tuple(fold.initial_history(zero, UNMOVED) for fold in self.folds)
-        return State(time_s, placement, zero, zero, zero, histories, next_step_s, folds)
+    @cached_property
+    def mass(self) -> sp.csr_matrix:
+        """(2n, 2n) mass, tonne."""
+        return self.body.pattern.matrix(self.body.mass(self.inertia.density_tonne_per_mm3))
+
+    @cached_property
+    def viscosity(self) -> sp.csr_matrix:
+        """(2n, 2n) τ K₀, N s/mm."""
+        undeformed = self.body.response(np.zeros_like(self.body.nodes)).stiffness
+        return self.body.pattern.matrix(self.inertia.relaxation_s * undeformed)
+
+    def at_rest(self, load: Load | None = None, *, next_step_s: float = np.inf) -> State:
+        """Return the undeformed state, before anything has touched."""
+        load, zero = load or Load(), np.zeros_like(self.body.nodes)
+        contacts = self.initial_contacts(zero, load.placement)
+        return State(load, zero, zero, zero, contacts, next_step_s)
+
+    def initial_contacts(self, displacement: Array, placement: RigidPlacement) -> tuple[Any, ...]:
+        """Return states of the contacts at a displacement (n, 2), mm; no friction acts yet."""
+        return tuple(c.initial_state(displacement, placement) for c in self.contacts)
 
     def with_first_contact(
-        self, before: State, displacement: Array, placement: RigidPlacement
+        self, before: State, predicted: Array, placement: RigidPlacement
     ) -> State:
-        """Return the state to start a step from that is expected to lead to ``displacement``.
+        """Return the state to start a step from that is expected to lead to ``predicted`` (n, 2).
 
-        Its histories know where tissue that touches nothing yet meets what it touches on its way.
+        Its contacts know where what touches nothing yet meets what it touches on its way.
         """
-        histories = tuple(
-            pair.with_first_contact(history, displacement, placement if pair.moving else UNMOVED)
-            for pair, history in zip(self.contacts, before.histories, strict=True)
+        contacts = tuple(
+            contact.with_first_contact(state, before.displacement, predicted, placement)
+            for contact, state in zip(self.contacts, before.contacts, strict=True)
         )
-        folds = tuple(
-            fold.with_first_contact(history, before.displacement, displacement)
-            for fold, history in zip(self.folds, before.fold_histories, strict=True)
-        )
-        return replace(before, histories=histories, fold_histories=folds)
+        return replace(before, contacts=contacts)
 
     def contact_responses(
         self, displacement: Array, placement: RigidPlacement, before: State
     ) -> tuple[ContactResponse, ...]:
-        """Return what each contact pair does at a trial displacement (n, 2), mm."""
+        """Return what each contact does at a trial displacement (n, 2), mm."""
         return tuple(
-            pair.response(displacement, placement if pair.moving else UNMOVED, history)
-            for pair, history in zip(self.contacts, before.histories, strict=True)
-        )
-
-    def fold_responses(self, displacement: Array, before: State) -> tuple[SelfContactResponse, ...]:
-        """Return what each contact of the tissue with itself does at a trial displacement."""
-        return tuple(
-            fold.response(displacement, UNMOVED, history)
-            for fold, history in zip(self.folds, before.fold_histories, strict=True)
+            contact.evaluate(displacement, placement, state)
+            for contact, state in zip(self.contacts, before.contacts, strict=True)
         )
 
     def balance(
         self,
         displacement: Array,
-        placement: RigidPlacement,
+        load: Load,
         before: State,
-        duration_s: float,
+        duration_s: float | None = None,
         *,
-        body_moves_to: RigidPlacement | None = None,
-        of_body: Response | None = None,
-    ) -> SystemBalance:
-        """Return the unbalanced forces at a displacement (n, 2), ``duration_s`` after ``before``.
+        further: FurtherUnknowns | None = None,
+        bodies_still: bool = False,
+        body: Response | None = None,
+        threads: Threads = ONE_THREAD,
+    ) -> ModelBalance:
+        """Return the unbalanced forces at a displacement (n, 2), mm.
 
-        With ``body_moves_to`` the moving body is about to go from ``placement`` there, and the
-        forces hold what that motion adds to first order. ``of_body`` is the body's response at this
-        displacement, if it is known already.
+        Parameters
+        ----------
+        displacement
+            Trial displacement.
+        load
+            What acts.
+        before
+            The committed state before.
+        duration_s
+            Time since then, s; None in statics, where nothing resists motion.
+        further
+            Unknowns of the load and their equations.
+        bodies_still
+            Whether the moving rigid bodies are still where they were before; what their motion to
+            where the load puts them adds is then taken to first order.
+        body
+            The body's response at this displacement, if it is known already.
+        threads
+            Share the work.
         """
         # Force and tangent together cost little more than force alone; most trials are accepted.
-        response = of_body or self.body.response(displacement)
+        response = body or self.body.response(displacement, threads=threads)
         if not np.isfinite(response.energy):
-            nothing = np.full(displacement.size, np.inf)
-            return SystemBalance(nothing, 0.0, lambda psd: self.mass, response)
-        touching = self.contact_responses(displacement, placement, before)
+            return self._inadmissible(displacement, load, before, duration_s, response, further)
+        placement = before.placement if bodies_still else load.placement
+        contacts = self.contact_responses(displacement, placement, before)
+        forces, scale = self._unbalanced(
+            displacement, load, before, duration_s, response, contacts, bodies_still
+        )
+
+        def stiffness(psd: bool) -> sp.csr_matrix:
+            data = response.stiffness
+            if psd:
+                data = self.body.response(displacement, psd=True, threads=threads).stiffness
+            if duration_s is not None and self.inertia.is_dynamic:
+                data = data + self.inertia.resistance(
+                    self.mass.data, self.viscosity.data, duration_s
+                )
+            return self._stiffness(data, contacts, displacement, load, psd=psd)
+
+        plain = ModelBalance(
+            np.where(self.free, forces, 0.0) if self.held.size else forces,
+            scale,
+            lambda psd: self.eliminated(Tangent(stiffness(psd))),
+            self,
+            displacement,
+            load,
+            before,
+            duration_s,
+            forces,
+            response,
+            contacts,
+            stiffness,
+        )
+        return plain if further is None else self._bordered(plain, further)
+
+    def _unbalanced(
+        self,
+        displacement: Array,
+        load: Load,
+        before: State,
+        duration_s: float | None,
+        response: Response,
+        contacts: tuple[ContactResponse, ...],
+        bodies_still: bool,
+    ) -> tuple[Array, float]:
+        """Return the unbalanced forces (2n,) without supports, and the largest that acts, N."""
         contact_force = np.zeros(displacement.size)
-        for pair, touch in zip(self.contacts, touching, strict=True):
+        for contact, touch in zip(self.contacts, contacts, strict=True):
             np.add.at(contact_force, touch.dofs, touch.force)
-            if body_moves_to is not None and pair.moving:
-                moved = pair.force_of_moving_body(displacement, placement, body_moves_to, touch)
+            if bodies_still:
+                moved = contact.force_of_motion(touch, load.placement)
                 np.add.at(contact_force, touch.dofs, moved)
-        folded = self.fold_responses(displacement, before)
-        for fold in folded:
-            np.add.at(contact_force, fold.dofs, fold.force)
-        of_anchors, _ = self._pull_of_ties(body_moves_to or placement)
+        of_anchors, _ = self._pull_of_ties(load.placement)
         tie_force = self.tie_only @ displacement.ravel() - of_anchors
-        load_force = self.load_force(before.time_s + duration_s)
-        residual = response.force + tie_force - contact_force - load_force
-        scale = max(float(np.max(np.abs(f))) for f in (contact_force, tie_force, load_force))
-        if self.inertia.is_dynamic:
+        load_force = self.load_force(displacement, load)
+        forces = response.force + tie_force - contact_force - load_force
+        acting = [contact_force, tie_force, load_force]
+        if duration_s is not None and self.inertia.is_dynamic:
             pull, free = self.inertia.pull(before, duration_s)
             inertial = pull * (self.mass @ (displacement - free).ravel())
             velocity, _ = self.inertia.rates(before, displacement, duration_s)
-            residual += inertial + self.viscosity @ velocity.ravel()
-            scale = max(scale, float(np.max(np.abs(inertial))))
+            forces += inertial + self.viscosity @ velocity.ravel()
+            acting.append(inertial)
+        acting.append(forces[self.held])
+        return forces, max(float(np.max(np.abs(force), initial=0.0)) for force in acting)
 
-        def tangent(psd: bool) -> sp.csr_matrix:
-            of_body = self.body.response(displacement, psd=True) if psd else response
-            stiffness = of_body.stiffness
-            if self.inertia.is_dynamic:
-                stiffness = stiffness + self.inertia.resistance(
-                    self.mass.data, self.viscosity.data, duration_s
-                )
-            return self._tangent(stiffness, touching, folded, psd=psd)
+    def _inadmissible(
+        self,
+        displacement: Array,
+        load: Load,
+        before: State,
+        duration_s: float | None,
+        response: Response,
+        further: FurtherUnknowns | None,
+    ) -> ModelBalance:
+        """Return the balance where the body is turned inside out: nothing is finite there."""
+        count = displacement.size + (0 if further is None else further.values(load).size)
+        nothing = np.full(count, np.inf)
 
-        return SystemBalance(residual, scale, tangent, response, touching, folded)
+        def none(psd: bool) -> Any:
+            raise ArithmeticError("an inadmissible deformation has no tangent")
 
-    def load_force(self, time_s: float) -> Array:
-        """Return the nodal forces (2n,) of the dead loads at a time, s, N."""
-        force = np.zeros(2 * len(self.body.nodes))
-        for load in self.loads:
-            np.add.at(force, load.dofs, load.force(time_s))
-        return force
+        return ModelBalance(
+            nothing, 0.0, none, self, displacement, load, before, duration_s, nothing, response,
+            (), none,
+        )  # fmt: skip
+
+    def _bordered(self, plain: ModelBalance, further: FurtherUnknowns) -> ModelBalance:
+        """Return a balance with the equations of further unknowns."""
+
+        def tangent(psd: bool) -> Tangent:
+            border = further.border(plain, psd=psd)
+            return self.eliminated(Tangent(plain.stiffness(psd), border))
+
+        residual = np.concatenate([plain.residual, further.residual(plain)])
+        return replace(plain, residual=residual, tangent=tangent)
+
+    def change_of_load(self, balance: ModelBalance, load: Load) -> Array:
+        """Return by how much external forces (2n,), N, change to first order when a load comes.
+
+        At the balance's displacement, with the moving rigid bodies going to where the load puts
+        them.
+        """
+        here, before = balance.displacement, balance.load
+        change = np.zeros(here.size)
+        for acting in self.loads:
+            change += acting.change(here, before, load)
+        change += load.dead_n - before.dead_n
+        for contact, touch in zip(self.contacts, balance.contacts, strict=True):
+            np.add.at(change, touch.dofs, contact.force_of_motion(touch, load.placement))
+        change += self._pull_of_ties(load.placement)[0] - self._pull_of_ties(before.placement)[0]
+        return change
+
+    def load_force(self, displacement: Array, load: Load) -> Array:
+        """Return the nodal forces (2n,) of surface loads and dead nodal forces, N."""
+        force = np.zeros(displacement.size)
+        for acting in self.loads:
+            force += acting.force(displacement, load)
+        return force + load.dead_n
+
+    def eliminated(self, tangent: Tangent) -> Tangent:
+        """Return a tangent with 1 at held unknowns and nothing that couples them to others."""
+        if not self.held.size:
+            return tangent
+        matrix, border = tangent.matrix, tangent.border
+        row = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+        kept = self.free[row] & self.free[matrix.indices]
+        data = np.where(kept, matrix.data, 0.0)
+        data[(row == matrix.indices) & ~self.free[row]] = 1.0
+        matrix = sp.csr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+        if border is not None:
+            free = self.free
+            border = Border(border.columns * free[:, None], border.rows * free, border.corner)
+        return Tangent(matrix, border)
 
     def static_tangent(
-        self,
-        of_body: Response,
-        touching: tuple[ContactResponse, ...],
-        folded: tuple[SelfContactResponse, ...],
+        self, state: State, contacts: Sequence[ContactResponse], body: Response | None = None
     ) -> sp.csr_matrix:
-        """Return the tangent (2n, 2n), N/mm, that decides on stability where the parts answered so.
+        """Return the tangent (2n, 2n), N/mm, that decides on the stability of an equilibrium.
 
         It leaves out inertia and viscosity, and holds friction that slips at its present value: the
         exact tangent of sliding friction is unsymmetric, and its symmetric part indefinite at
         every point that slides, however stable the tissue is.
+
+        Parameters
+        ----------
+        state
+            The equilibrium.
+        contacts
+            What each contact does in it.
+        body
+            The body's response there, if it is known already.
         """
-        return self._tangent(
-            of_body.stiffness,
-            tuple(p.held_friction(t) for p, t in zip(self.contacts, touching, strict=True)),
-            tuple(f.held_friction(t) for f, t in zip(self.folds, folded, strict=True)),
-        )
+        here = state.displacement
+        response = body or self.body.response(here)
+        held = tuple(touch.contact.held_friction(touch) for touch in contacts)
+        stiffness = self._stiffness(response.stiffness, held, here, state.load)
+        return self.eliminated(Tangent(stiffness)).matrix
 
     def _pull_of_ties(self, placement: RigidPlacement) -> tuple[Array, float]:
-        """Return forces (2n,), N, and energy, N mm, that ties to the moving body add."""
+        """Return forces (2n,), N, and energy, N mm, that ties to the moving bodies add."""
         force, energy = np.zeros(2 * len(self.body.nodes)), 0.0
         for tie in self.ties:
             if tie.attached_at is not None:
@@ -233,37 +400,44 @@ class System:
                 energy += stored
         return force, energy
 
-    def _tangent(
+    def _stiffness(
         self,
-        of_body: Array,
-        touching: tuple[ContactResponse, ...],
-        folded: tuple[SelfContactResponse, ...],
+        body: Array,
+        contacts: tuple[ContactResponse, ...],
+        displacement: Array,
+        load: Load,
         *,
         psd: bool = False,
     ) -> sp.csr_matrix:
+        """Return the stiffness of body (its data, inertia included), ties, contacts and loads."""
         pattern = self.body.pattern
-        data = of_body + self.tie_stiffness.data
-        for pair, touch in zip(self.contacts, touching, strict=True):
-            if touch.edges.size:
-                blocks = pair.stiffness(touch, psd=psd)
+        data = body + self.tie_stiffness.data
+        touching = [
+            pair for pair in zip(self.contacts, contacts, strict=True) if pair[1].force.size
+        ]
+        for contact, touch in touching:
+            if contact.within_elements:
+                blocks = contact.tangent(touch, psd=psd)
                 np.subtract.at(data, pattern.slots(touch.dofs), blocks)
+        for force in self.loads:
+            force.add_stiffness(data, pattern, displacement, load, psd=psd)
         matrix = pattern.matrix(data)
-        for fold, touch_of_fold in zip(self.folds, folded, strict=True):
-            if touch_of_fold.force.size:
-                blocks = fold.stiffness(touch_of_fold, psd=psd)
-                matrix = _with_blocks(matrix, touch_of_fold.dofs, -blocks)
+        for contact, touch in touching:
+            if not contact.within_elements:
+                matrix = _with_blocks(matrix, touch.dofs, -contact.tangent(touch, psd=psd))
         return matrix
 
-    def energies(self, state: State, balance: SystemBalance) -> Energies:
+    def energies(self, state: State, balance: ModelBalance) -> Energies:
         """Return where the energy is in a committed state, whose forces ``balance`` holds."""
         u, v = state.displacement.ravel(), state.velocity.ravel()
         pull, of_anchors = self._pull_of_ties(state.placement)
+        loads = sum(load.energy(state.displacement, state.load) for load in self.loads)
         return Energies(
-            strain=balance.of_body.energy,
+            strain=balance.body.energy,
             tie=work_of(0.5 * (self.tie_only @ u) - pull, u) + of_anchors,
-            penalty=sum(t.energy for t in balance.touching) + sum(t.energy for t in balance.folded),
+            penalty=sum(touch.energy for touch in balance.contacts),
             kinetic=0.5 * work_of(self.mass @ v, v),
-            load=sum(load.energy(state.displacement, state.time_s) for load in self.loads),
+            load=loads - float(np.sum(state.load.dead_n * u)),
         )
 
 

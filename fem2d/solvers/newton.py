@@ -8,9 +8,9 @@ from enum import Enum
 from typing import TypeVar
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fem2d.solvers.bordered import BorderedSolver, Tangent
 from fem2d.solvers.linear import DirectSolver, SingularMatrixError
 from geometry2d.foundation.settings import setting
 
@@ -73,24 +73,25 @@ class NewtonSettings:
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Balance:
-    """Unbalanced forces at a trial displacement, and what linearises them.
+    """Unbalanced forces at a trial, and what linearises them.
 
     Attributes
     ----------
     residual
-        (n_dof,) internal minus external force, N; not finite where the deformation is inadmissible.
+        (2n + m,) internal minus external force, N, then what is left of the equations of further
+        unknowns, as forces; not finite where the deformation is inadmissible.
     force_scale
         Largest nodal force that acts, N.
-    matrix
-        Builds the derivative of the residual (called only if needed); called with True, a positive
-        definite stand-in for it, whose step leads downhill.
+    tangent
+        Builds the derivative of the residual (called only if needed); called with True, a stand-in
+        for it that is positive definite in the displacements, so that its step leads downhill.
     """
 
     residual: Array
     force_scale: float
-    tangent: Callable[[bool], sp.csr_matrix]
+    tangent: Callable[[bool], Tangent]
 
 
 SomeBalance = TypeVar("SomeBalance", bound=Balance)
@@ -105,6 +106,8 @@ class NewtonResult:
     ----------
     start, displacement
         (n, 2) where it began and where it ended, mm.
+    further
+        (m,) further unknowns where it ended.
     norms
         Largest unbalanced nodal force at each iterate, N.
     force_scale
@@ -114,6 +117,7 @@ class NewtonResult:
     status: NewtonStatus
     start: Array
     displacement: Array
+    further: Array
     norms: tuple[float, ...]
     force_scale: float
 
@@ -144,8 +148,9 @@ def solve(
     *,
     solver: DirectSolver,
     settings: NewtonSettings,
+    further: int = 0,
 ) -> tuple[NewtonResult, SomeBalance]:
-    """Return the displacement (n, 2) at which the residual of ``balance_at`` vanishes.
+    """Return the unknowns at which the residual of ``balance_at`` vanishes.
 
     The second value is the balance there, or at the last iterate if the solve failed.
 
@@ -154,17 +159,33 @@ def solve(
     ``s·r`` is negative at the start of a step that leads downhill and vanishes where it should end
     (Crisfield 1982). A step that overshoots, as when it runs into contact, is shortened until most
     of that work is used up. A step that leads uphill, which an indefinite tangent can produce, is
-    replaced by one from the safe tangent, unless it lessens the forces: with the unsymmetric
-    tangent of friction, steps that lead uphill can be right. Once the forces no longer shrink,
-    steps that do not halve them are shortened to half, which ends the cycles into which points
-    between stick and slip, or open and closed, draw a full Newton method.
+    replaced by one from the positive definite stand-in, unless it lessens the forces: with the
+    unsymmetric tangent of friction, steps that lead uphill can be right. Once the forces no longer
+    shrink, steps that do not halve them are shortened to half, which ends the cycles into which
+    points between stick and slip, or open and closed, draw a full Newton method.
+
+    Parameters
+    ----------
+    balance_at
+        Returns the balance at unknowns (2n + m,): displacements, mm, then further ones.
+    start
+        (2n + m,) where to begin.
+    solver
+        For the linear systems of the displacements.
+    settings
+        When a balance is good enough.
+    further
+        m, how many of the unknowns are no displacements.
     """
-    displacement = start
-    balance = balance_at(displacement)
+    bordered = BorderedSolver(solver)
+    at = start
+    balance = balance_at(at)
     norms = [_norm(balance)]
 
     def ended(status: NewtonStatus) -> tuple[NewtonResult, SomeBalance]:
-        result = NewtonResult(status, start, displacement, tuple(norms), balance.force_scale)
+        count = start.size - further
+        began, there = start[:count].reshape(-1, 2), at[:count].reshape(-1, 2)
+        result = NewtonResult(status, began, there, at[count:], tuple(norms), balance.force_scale)
         return result, balance
 
     if not np.isfinite(norms[0]):
@@ -177,14 +198,14 @@ def solve(
         # by which they shrank on the way here; if that is enough, no new factors are needed.
         again = len(norms) > 1 and 4 * norms[-1] ** 2 < _wanted(balance, settings) * norms[-2]
         try:
-            found = _repeated(balance_at, displacement, balance, solver) if again else None
+            found = _repeated(balance_at, at, balance, bordered) if again else None
             if found is None:
-                found = _next_iterate(balance_at, displacement, balance, solver, damped)
+                found = _next_iterate(balance_at, at, balance, bordered, damped)
         except SingularMatrixError:
             return ended(NewtonStatus.SINGULAR)
         if found is None:
             return ended(NewtonStatus.INADMISSIBLE)
-        displacement, balance = found
+        at, balance = found
         norms.append(_norm(balance))
         if norms[-1] <= _wanted(balance, settings):
             return ended(NewtonStatus.CONVERGED)
@@ -197,30 +218,28 @@ def solve(
 
 def _repeated(
     balance_at: Callable[[Array], SomeBalance],
-    displacement: Array,
+    at: Array,
     balance: SomeBalance,
-    solver: DirectSolver,
+    solver: BorderedSolver,
 ) -> tuple[Array, SomeBalance] | None:
     """Return where the step of the last factors leads; None if it does not halve the forces."""
-    whole = displacement - solver.solve(balance.residual, residual=STEP_RESIDUAL).reshape(
-        displacement.shape
-    )
+    whole = at - solver.solve(balance.residual, residual=STEP_RESIDUAL)
     there = balance_at(whole)
     return (whole, there) if _norm(there) < 0.5 * _norm(balance) else None
 
 
 def _next_iterate(
     balance_at: Callable[[Array], SomeBalance],
-    displacement: Array,
+    at: Array,
     balance: SomeBalance,
-    solver: DirectSolver,
+    solver: BorderedSolver,
     damped: bool,
 ) -> tuple[Array, SomeBalance] | None:
     """Return where one step leads, and the balance there; None if no place is admissible."""
     solver.factorise(balance.tangent(False))
     step = -solver.solve(balance.residual, residual=STEP_RESIDUAL)
     work = work_of(balance.residual, step)
-    whole = displacement + step.reshape(displacement.shape)
+    whole = at + step
     there = balance_at(whole)
     if _norm(there) < (0.5 if work < 0 else 0.9) * _norm(balance):
         return whole, there
@@ -232,13 +251,13 @@ def _next_iterate(
     if damped:
         step, work = 0.5 * step, 0.5 * work
     if uphill or damped:
-        there = balance_at(displacement + step.reshape(displacement.shape))
-    return _along(balance_at, displacement, balance, step.reshape(displacement.shape), work, there)
+        there = balance_at(at + step)
+    return _along(balance_at, at, balance, step, work, there)
 
 
 def _along(
     balance_at: Callable[[Array], SomeBalance],
-    displacement: Array,
+    at: Array,
     balance: SomeBalance,
     step: Array,
     work: float,
@@ -253,7 +272,7 @@ def _along(
     norm = _norm(balance)
     for trial in range(LINE_SEARCH_TRIALS):
         if trial > 0:
-            there = balance_at(displacement + share * step)
+            there = balance_at(at + share * step)
         norm_there = _norm(there)
         if not np.isfinite(norm_there):
             above, work_above = share, np.inf
@@ -262,10 +281,10 @@ def _along(
         work_there = work_of(there.residual, step)
         last = trial == LINE_SEARCH_TRIALS - 1
         if last or abs(work_there) <= 0.7 * abs(work) or norm_there < 0.5 * norm:
-            return displacement + share * step, there
+            return at + share * step, there
         if work_there < 0:
             if share == 1.0:
-                return displacement + step, there
+                return at + step, there
             below, work_below = share, work_there
         else:
             above, work_above = share, work_there

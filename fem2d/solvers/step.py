@@ -1,162 +1,141 @@
-"""One step: predict where the tissue goes when the rigid body moves on, then balance the forces."""
+"""One step: predict to first order where the load leads, then balance the forces."""
 
 from __future__ import annotations
 
-from concurrent.futures import wait
-from dataclasses import replace
+from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fem2d.body.body import Response
-from fem2d.solvers.components import (
-    Component,
-    component_of_node,
-    components_of,
-    components_touch,
-    gather,
-)
+from fem2d.loads.load import Load
+from fem2d.solvers.bordered import BorderedSolver, Tangent
 from fem2d.solvers.linear import DirectSolver, SingularMatrixError
-from fem2d.solvers.model import System, SystemBalance
+from fem2d.solvers.model import FurtherUnknowns, Model, ModelBalance
 from fem2d.solvers.newton import NewtonResult, NewtonSettings, NewtonStatus, solve
 from fem2d.solvers.state import State
-from fem2d.threads import second_thread
-from geometry2d.rigid import RigidMotion, RigidPlacement
+from fem2d.threads import ONE_THREAD, Threads
 
 Array = NDArray[np.float64]
 
-PREDICTOR_RESIDUAL = 1e-9
-"""Smaller than Newton's steps may leave, because no later step corrects it: points that the
-predictor brings to a rigid body start to stick where it says."""
+Trial: TypeAlias = tuple[NewtonResult, ModelBalance]
+"""How Newton's method ended, and the balance there; nothing is committed."""
 
 
-class Stepper:
-    """Tries steps of a system: in parts while these do not touch one another, else as a whole.
-
-    Parts take as many iterations as each needs, side by side on two threads. Where they end is
-    where the whole begins; unless they have met there, its forces balance at once.
+def balanced(
+    model: Model,
+    load: Load,
+    before: State,
+    duration_s: float | None,
+    start: Array,
+    *,
+    solver: DirectSolver,
+    newton: NewtonSettings,
+    further: FurtherUnknowns | None = None,
+    threads: Threads = ONE_THREAD,
+) -> Trial:
+    """Balance the forces at a load, from a displacement ``start`` (n, 2), mm.
 
     Parameters
     ----------
-    system
+    model
         What is to be in balance.
-    motion
-        Of the moving rigid body.
+    load
+        What acts; for ``further`` unknowns, where the search for them starts.
+    before
+        The committed state before.
+    duration_s
+        Time since then, s; None in statics.
+    start
+        Where to begin.
     solver
-        For the linear systems of the whole; each part gets another one of its kind, on one thread.
+        For the linear systems.
     newton
         When a balance is good enough.
+    further
+        Unknowns of the load and their equations.
+    threads
+        Share the work.
     """
+    count = start.size
+    values = np.empty(0) if further is None else further.values(load)
 
-    def __init__(
-        self, system: System, motion: RigidMotion, solver: DirectSolver, newton: NewtonSettings
-    ) -> None:
-        self._system, self._motion, self._solver, self._newton = system, motion, solver, newton
-        self._piece = component_of_node(system)
-        self._parts = [(part, solver.another()) for part in components_of(system)]
-
-    def attempt(
-        self, state: State, duration_s: float, of_body: Response
-    ) -> tuple[NewtonResult, SystemBalance]:
-        """Try to balance the forces ``duration_s`` after ``state``; nothing is committed.
-
-        ``of_body`` is the body's response in ``state``. If a part fails, that is what is returned.
-        """
-        system, motion, newton = self._system, self._motion, self._newton
-        if not self._parts or components_touch(
-            self._piece, system.fold_responses(state.displacement, state)
-        ):
-            return attempt(system, motion, state, duration_s, self._solver, newton, of_body)
-
-        def alone(part: Component, solver: DirectSolver) -> tuple[NewtonResult, SystemBalance]:
-            of_part = part.response(of_body)
-            return attempt(
-                part.system, motion, part.state(state), duration_s, solver, newton, of_part
-            )
-
-        first, *others = self._parts
-        waiting = [second_thread().submit(alone, *other) for other in others]
-        try:
-            trials = [alone(*first)]
-        finally:
-            wait(waiting)
-        trials += [other.result() for other in waiting]
-        for trial, balance in trials:
-            if not trial.converged:
-                return trial, balance
-        return self._whole(state, duration_s, [trial for trial, _ in trials])
-
-    def _whole(
-        self, state: State, duration_s: float, trials: list[NewtonResult]
-    ) -> tuple[NewtonResult, SystemBalance]:
-        """Balance the forces of the whole from where its parts ended."""
-        system, parts = self._system, [part for part, _ in self._parts]
-        count = len(system.body.nodes)
-        predicted = gather(parts, [trial.start for trial in trials], count)
-        together = gather(parts, [trial.displacement for trial in trials], count)
-        placement = self._motion.at(state.time_s + duration_s)
-        before = system.with_first_contact(state, predicted, placement)
-        whole, balance = solve(
-            lambda u: system.balance(u, placement, before, duration_s),
-            together,
-            solver=self._solver,
-            settings=self._newton,
-        )
-        slowest = max(trials, key=lambda trial: trial.iterations)
-        norms = (*slowest.norms[:-1], *whole.norms)
-        return replace(whole, start=predicted, norms=norms), balance
-
-
-def attempt(
-    system: System,
-    motion: RigidMotion,
-    state: State,
-    duration_s: float,
-    solver: DirectSolver,
-    newton: NewtonSettings,
-    of_body: Response | None = None,
-) -> tuple[NewtonResult, SystemBalance]:
-    """Try to balance the forces ``duration_s`` after ``state``; nothing is committed.
-
-    ``of_body`` is the body's response in ``state``, if it is known.
-    """
-    placement = motion.at(state.time_s + duration_s)
-
-    def solved(start: Array) -> tuple[NewtonResult, SystemBalance]:
-        before = system.with_first_contact(state, start, placement)
-        return solve(
-            lambda u: system.balance(u, placement, before, duration_s),
-            start,
-            solver=solver,
-            settings=newton,
+    def balance_at(unknowns: Array) -> ModelBalance:
+        there = load if further is None else further.applied(load, unknowns[count:])
+        displacement = unknowns[:count].reshape(-1, 2)
+        return model.balance(
+            displacement, there, before, duration_s, further=further, threads=threads
         )
 
-    trial, balance = solved(_predicted(system, state, placement, duration_s, solver, of_body))
-    if trial.status is NewtonStatus.INADMISSIBLE and trial.iterations == 0:
-        return solved(state.displacement)
-    return trial, balance
-
-
-def _predicted(
-    system: System,
-    state: State,
-    placement: RigidPlacement,
-    duration_s: float,
-    solver: DirectSolver,
-    of_body: Response | None,
-) -> Array:
-    """Return where the tissue goes to first order when the rigid body moves on."""
-    balance = system.balance(
-        state.displacement,
-        state.placement,
-        state,
-        duration_s,
-        body_moves_to=placement,
-        of_body=of_body,
+    return solve(
+        balance_at,
+        np.concatenate([start.ravel(), values]),
+        solver=solver,
+        settings=newton,
+        further=values.size,
     )
+
+
+def predicted(
+    balance: ModelBalance,
+    forces: Array,
+    load: Load,
+    *,
+    solver: DirectSolver,
+    residual: float,
+    further: FurtherUnknowns | None = None,
+) -> tuple[Array, Load]:
+    """Return displacement (n, 2), mm, and load to which unbalanced forces lead to first order.
+
+    Parameters
+    ----------
+    balance
+        Of the committed displacement; its tangent is used.
+    forces
+        (2n,) what is out of balance there under the load to come, N.
+    load
+        The load to come.
+    solver, residual
+        For the linear system, and what its solution may leave.
+    further
+        Unknowns of the load and their equations.
+    """
+    here, model = balance.displacement, balance.model
+    stiffness, border = balance.stiffness(False), None
+    values = equations = np.empty(0)
+    moved = with_supports_moved(model, here, load)
+    if model.held.size:
+        move = (moved - here).ravel()
+        forces = np.where(model.free, forces + stiffness @ move, -move)
+    if further is not None:
+        border, values = further.border(balance, psd=False), further.values(load)
+        equations = further.residual(balance)
+    bordered = BorderedSolver(solver)
     try:
-        solver.factorise(balance.tangent(False))
-        step = solver.solve(balance.residual, residual=PREDICTOR_RESIDUAL)
+        bordered.factorise(model.eliminated(Tangent(stiffness, border)))
+        step = bordered.solve(np.concatenate([forces, equations]), residual=residual)
     except SingularMatrixError:
-        return state.displacement
-    return state.displacement - step.reshape(state.displacement.shape)
+        return moved, load
+    there = here - step[: here.size].reshape(here.shape)
+    if further is not None:
+        load = further.applied(load, values - step[here.size :])
+    return there, load
+
+
+def with_supports_moved(model: Model, displacement: Array, load: Load) -> Array:
+    """Return a displacement (n, 2), mm, with the held unknowns where the load puts them."""
+    if not model.held.size:
+        return displacement
+    moved = displacement.copy()
+    moved.reshape(-1)[model.held] = load.held_mm
+    return moved
+
+
+def from_prediction(
+    solved: Callable[[Array], Trial], prediction: Array, unpredicted: Array
+) -> Trial:
+    """Return the trial that starts at a prediction; from elsewhere if that is inadmissible."""
+    trial = solved(prediction)
+    if trial[0].status is NewtonStatus.INADMISSIBLE and trial[0].iterations == 0:
+        return solved(unpredicted)
+    return trial

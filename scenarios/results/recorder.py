@@ -7,14 +7,14 @@ recording.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fem2d.loads.load import Load
 from fem2d.solvers.march import Commit
-from fem2d.solvers.model import System
 from fem2d.solvers.stability import Passage, passages_with
 from fem2d.solvers.state import State
 from geometry2d.rigid import RigidPlacement, rotated
@@ -31,8 +31,6 @@ class Recorder:
 
     Parameters
     ----------
-    system
-        What is solved.
     measure
         What is measured on a commit.
     start_s, end_s
@@ -45,7 +43,6 @@ class Recorder:
 
     def __init__(
         self,
-        system: System,
         measure: Callable[[Commit], Measured],
         *,
         start_s: float,
@@ -53,7 +50,7 @@ class Recorder:
         head_angle_rad: float,
         resume_from: Increment | None = None,
     ) -> None:
-        self._system, self._measure = system, measure
+        self._measure = measure
         self._start_s, self._end_s = start_s, end_s
         self._head_angle_rad = head_angle_rad
         self.extremes = Extremes()
@@ -90,7 +87,7 @@ class Recorder:
     def _remember(self, commit: Commit) -> None:
         time_s = commit.state.time_s
         self.unstable = passages_with(self.unstable, self._last_s, time_s, commit.instability)
-        self.extremes = self.extremes.widened(Extremes.of(self._system, commit))
+        self.extremes = self.extremes.widened(Extremes.of(commit))
         self._last_s = time_s
 
 
@@ -103,12 +100,8 @@ def checkpoint(state: State) -> Arrays:
         "acceleration": state.acceleration,
         "next_step_s": np.array(state.next_step_s),
     }
-    for kind, histories in _histories(state).items():
-        for number, history in enumerate(histories):
-            arrays |= {
-                f"{kind}_{number}_{item.name}": getattr(history, item.name)
-                for item in fields(history)
-            }
+    for number, contact in enumerate(state.contacts):
+        arrays |= {f"contact_{number}_{f.name}": getattr(contact, f.name) for f in fields(contact)}
     return arrays
 
 
@@ -129,34 +122,23 @@ def restored(arrays: Mapping[str, NDArray[Any]], time_s: float, like: State) -> 
     SolutionError
         If the checkpoint is not one of this system.
     """
-
-    def histories(kind: str) -> tuple[Any, ...]:
-        return tuple(
-            type(history)(
-                **{item.name: arrays[f"{kind}_{number}_{item.name}"] for item in fields(history)}
-            )
-            for number, history in enumerate(_histories(like)[kind])
-        )
-
     try:
         angle, x, y = arrays["placement"].tolist()
         return State(
-            time_s,
-            RigidPlacement(angle, (x, y)),
+            Load.at(RigidPlacement(angle, (x, y)), time_s),
             arrays["displacement"],
             arrays["velocity"],
             arrays["acceleration"],
-            histories("contact"),
+            tuple(
+                replace(
+                    contact, **{f.name: arrays[f"contact_{n}_{f.name}"] for f in fields(contact)}
+                )
+                for n, contact in enumerate(like.contacts)
+            ),
             float(arrays["next_step_s"]),
-            histories("self_contact"),
         )
     except KeyError as error:
         raise SolutionError(
             f"the checkpoint lacks {error}: another version wrote it; run without --resume to "
             "start over"
         ) from error
-
-
-def _histories(state: State) -> dict[str, tuple[Any, ...]]:
-    """Return what friction remembers in every contact, by kind of contact."""
-    return {"contact": state.histories, "self_contact": state.fold_histories}

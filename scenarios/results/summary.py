@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fem2d.contact.rigid import rigid_responses
+from fem2d.contact.self_contact import self_responses
 from fem2d.solvers.march import Commit
-from fem2d.solvers.model import System
 from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.stability import Instability, Passage
-from geometry2d.rigid import UNMOVED
 from scenarios.results.quantities import HISTORY, LIPS
 
 Array = NDArray[np.float64]
@@ -40,16 +40,15 @@ class Extremes:
     largest_kinetic_energy_nmm: float = 0.0
 
     @classmethod
-    def of(cls, system: System, commit: Commit) -> Extremes:
+    def of(cls, commit: Commit) -> Extremes:
         """Return the values of one committed increment."""
         depth = {"neck": 0.0, "teeth": 0.0, "between_nodes": 0.0, "lips": 0.0}
-        for contact, response in zip(system.contacts, commit.contacts, strict=True):
-            placement = commit.state.placement if contact.moving else UNMOVED
-            what = "neck" if contact.moving else "teeth"
+        for response in rigid_responses(commit.contacts):
+            what = "neck" if response.contact.moving else "teeth"
             depth[what] = max(depth[what], -float(np.min(response.points.gap)))
-            between = contact.deepest(commit.state.displacement, placement, response)
+            between = response.contact.deepest(response)
             depth["between_nodes"] = max(depth["between_nodes"], between)
-        for lips in commit.folds:
+        for lips in self_responses(commit.contacts):
             overlap = -float(np.min(lips.points.gap[lips.touching], initial=0.0))
             depth["lips"] = max(depth["lips"], overlap)
         forces_matter = commit.newton.force_scale > NewtonSettings().force_floor_n

@@ -20,7 +20,7 @@ from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material, stiffened
 from fem2d.solvers.inertia import Inertia
-from fem2d.solvers.model import System
+from fem2d.solvers.model import Model
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.curves import nearest_arc_length
 from geometry2d.mesh import LEVELS, section_mesh
@@ -167,7 +167,7 @@ class Lips:
         )
 
     @cached_property
-    def system(self) -> System:
+    def system(self) -> Model:
         """Lips, ties, and what they touch."""
         contact = self.scenario.contact
         normal = NormalLaw()
@@ -176,18 +176,24 @@ class Lips:
             lip: self.free_surface(lip, between_nodes=POINTS_BETWEEN_NODES) for lip in self.present
         }
         on_walls = [
-            RigidContact(f"{lip} lip on {wall}", surface, getattr(self.neck, wall), normal, neck)
+            RigidContact(
+                surface,
+                getattr(self.neck, wall),
+                normal=normal,
+                friction=neck,
+                name=f"{lip} lip on {wall}",
+            )
             for lip, surface in surfaces.items()
             for wall in WALLS
         ]
         on_teeth = [
             RigidContact(
-                f"{lip} lip on {lip}_tooth",
                 surface,
                 getattr(self.head, f"{lip}_tooth"),
-                normal,
-                teeth,
+                normal=normal,
+                friction=teeth,
                 moving=False,
+                name=f"{lip} lip on {lip}_tooth",
             )
             for lip, surface in surfaces.items()
         ]
@@ -202,15 +208,17 @@ class Lips:
             for part in ("bone", "cut")
         )
         lips = SelfContact(
-            "lip on lip",
             tuple(self.free_surface(lip, at_nodes=False) for lip in self.present),
-            normal,
-            FrictionLaw(contact.lip_friction),
+            normal=normal,
+            friction=FrictionLaw(contact.lip_friction),
             reach_mm=FOLD_REACH_MM,
-            itself=True,
+            same_surface=True,
+            name="lip on lip",
         )
         loads = () if self.pull is None else (self.load(self.pull),)
-        return System(self.body, (*on_walls, *on_teeth), ties, TISSUE, (lips,), loads)
+        return Model(
+            self.body, contacts=(*on_walls, *on_teeth, lips), ties=ties, inertia=TISSUE, loads=loads
+        )
 
     def load(self, pull: Pull) -> DeadLoad:
         """Return the dead load of a pull on a lip."""

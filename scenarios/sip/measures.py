@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fem2d.body.surface import Surface
-from fem2d.contact.rigid import ContactResponse, RigidContact
+from fem2d.contact.rigid import RigidContact, RigidContactResponse, rigid_responses
 from fem2d.solvers.march import Commit
 from fem2d.solvers.stability import Passage
 from geometry2d.rigid import rotated
@@ -121,12 +121,12 @@ class LipMeasures:
             f"{lip}_lip_crest_contrast": felt.crest_contrast,
         }
 
-    def _on_neck(self, lip: str, commit: Commit) -> list[tuple[RigidContact, ContactResponse]]:
+    def _on_neck(self, lip: str, commit: Commit) -> list[tuple[RigidContact, RigidContactResponse]]:
         """Return the contacts of a lip with the walls of the neck, and their responses."""
         return [
-            (contact, response)
-            for contact, response in zip(self.lips.system.contacts, commit.contacts, strict=True)
-            if contact.moving and contact.name.startswith(lip)
+            (response.contact, response)
+            for response in rigid_responses(commit.contacts)
+            if response.contact.moving and response.contact.name.startswith(lip)
         ]
 
     def _contact_line(self, lip: str, commit: Commit) -> ContactLine:

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,12 +19,14 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from fem2d.body.surface import Surface
+from fem2d.contact.rigid import RigidContact
 from fem2d.loads.amplitude import Amplitude
-from fem2d.solvers.inertia import Inertia
+from fem2d.loads.load import Load
+from fem2d.solvers.inertia import QUASI_STATIC
 from fem2d.solvers.linear import fastest_solver
-from fem2d.solvers.march import StepSettings, march
-from fem2d.solvers.model import System
-from fem2d.solvers.state import State
+from fem2d.solvers.model import Model
+from fem2d.solvers.static import StaticResult, kept_at, static_path
+from fem2d.threads import Threads
 from geometry2d.foundation.progress import Progress
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
@@ -51,18 +53,14 @@ REACH_MM = 10.0
 """Skin and neck that stay farther than this apart while the lip is undrawn do not meet."""
 
 RISE = Amplitude((0.0, 1.0), (0.0, 1.0))
-STEPS = StepSettings(longest_s=0.1, shortest_s=1e-3, accuracy_mm=np.inf)
-"""How the trial pull rises. No time passes: the lip is at rest at every step."""
+RISING_STEP = 0.1
+"""How the trial pull rises. Its time only counts the way: the lip is at rest at every step."""
 
 CLEARANCE_TOLERANCE_MM = 0.005
 """A pull is the smallest if it keeps the lip no more than this clearer than it should."""
 
 REFINEMENTS = 12
 """Most pulls tried between one that is not enough and one that is."""
-
-AT_REST = Inertia(density_tonne_per_mm3=0.0, spectral_radius=0.0, relaxation_s=0.0)
-
-NO_NECK = RigidMotion(np.array([0.0, 1.0]), np.zeros(2), np.zeros((2, 2)))
 
 
 @dataclass(frozen=True)
@@ -123,8 +121,9 @@ def found_pull(
     if muscle.direction_deg != "auto":
         return trial.enough(muscle, trial.pulled(muscle.direction_deg))
     progress(0.0, f"pulling the {muscle.lip} lip in {len(DIRECTIONS_DEG)} directions")
-    with ThreadPoolExecutor(max_workers=2) as two_at_once:
-        tried = list(two_at_once.map(trial.on_one_thread().pulled, DIRECTIONS_DEG))
+    tried = []
+    for two_at_once in zip(DIRECTIONS_DEG[::2], DIRECTIONS_DEG[1::2], strict=True):
+        tried += trial.threads.run([partial(trial.pulled, towards) for towards in two_at_once])
 
     def needed_kpa(direction_deg: float) -> float:
         progress(0.0, f"pulling the {muscle.lip} lip towards {direction_deg:.0f}°")
@@ -151,9 +150,10 @@ class _Trial:
     muscle: Muscle
     places: Sequence[RigidPlacement]
     obstacles: tuple[Outline, ...]
-    system: System
+    system: Model
     skin: Surface
     reachable: NDArray[np.bool_]
+    threads: Threads
 
     @classmethod
     def of(cls, lips: Lips, muscle: Muscle, motion: RigidMotion) -> _Trial:
@@ -182,17 +182,17 @@ class _Trial:
             obstacles=obstacles,
             system=replace(
                 system,
-                contacts=tuple(pair for pair in system.contacts if not pair.moving),
-                inertia=AT_REST,
+                contacts=[
+                    contact
+                    for contact in system.contacts
+                    if not (isinstance(contact, RigidContact) and contact.moving)
+                ],
+                inertia=QUASI_STATIC,
             ),
             skin=skin,
             reachable=np.asarray(near_points),
+            threads=Threads(),
         )
-
-    def on_one_thread(self) -> _Trial:
-        """Return the same trial with a body that leaves the second thread to others."""
-        body = replace(self.system.body, in_halves=False)
-        return replace(self, system=replace(self.system, body=body))
 
     def pulled(self, direction_deg: float) -> FoundPull:
         """Return the smallest pull in a direction that is enough, or else the largest tried."""
@@ -205,19 +205,19 @@ class _Trial:
         solver = fastest_solver()
         equilibria = 0
 
-        def risen(start: State, time_s: float) -> tuple[State, float]:
+        def risen(start: StaticResult, time_s: float) -> tuple[StaticResult, float]:
             nonlocal equilibria
-            result = march(system, NO_NECK, start, solver=solver, steps=STEPS, end_s=time_s)
-            equilibria += result.increments
-            return result.state, self._clearance(result.state.displacement)
+            load = Load(time_s=time_s)
+            way = list(static_path(system, load, start=start, solver=solver, threads=self.threads))
+            equilibria += sum(result.converged for result in way)
+            return way[-1], self._clearance(way[-1].displacement)
 
-        low = system.state_at_rest(0.0, NO_NECK.at(0.0), next_step_s=STEPS.longest_s)
-        best, best_mm = low, self._clearance(low.displacement)
-        low_mm = best_mm
-        while best_mm < enough_mm and best.time_s < 1.0:
+        best = low = kept_at(system)
+        best_mm = low_mm = self._clearance(low.displacement)
+        while best_mm < enough_mm and best.load.time_s < 1.0:
             low, low_mm = best, best_mm
-            best, best_mm = risen(low, min(1.0, low.time_s + STEPS.longest_s))
-            if best.time_s == low.time_s:
+            best, best_mm = risen(low, min(1.0, low.load.time_s + RISING_STEP))
+            if best.load.time_s == low.load.time_s:
                 break
         # Between the two by false position, aimed a little beyond what is enough.
         aim_mm = enough_mm + 0.5 * CLEARANCE_TOLERANCE_MM
@@ -225,12 +225,14 @@ class _Trial:
             if not low_mm < enough_mm <= best_mm - CLEARANCE_TOLERANCE_MM:
                 break
             into = (aim_mm - low_mm) / (best_mm - low_mm)
-            middle, middle_mm = risen(low, low.time_s + into * (best.time_s - low.time_s))
+            aim = low.load.time_s + into * (best.load.time_s - low.load.time_s)
+            middle, middle_mm = risen(low, aim)
             if middle_mm < enough_mm:
                 low, low_mm = middle, middle_mm
             else:
                 best, best_mm = middle, middle_mm
-        share = 1.0 if math.isclose(best.time_s, 1.0) else RISE.at(best.time_s)
+        time_s = best.load.time_s
+        share = 1.0 if math.isclose(time_s, 1.0) else RISE.at(time_s)
         return FoundPull(replace(pull, traction_kpa=share * most_kpa), best_mm, equilibria)
 
     def cost(self, found: FoundPull) -> float:

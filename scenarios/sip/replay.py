@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from fem2d.contact.rigid import rigid_contacts, rigid_responses
+from fem2d.loads.load import Load
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import Commit, MarchResult, MarchStatus, StepSettings, march
-from fem2d.solvers.model import System
+from fem2d.solvers.model import Model
 from fem2d.solvers.state import State
 from geometry2d.foundation.progress import Progress
 from geometry2d.rigid import RigidMotion, RigidPlacement
@@ -146,8 +148,8 @@ def replay(
     ready = prepared(scenario, progress=progress)
     system, motion, head_angle = ready.lips.system, ready.motion, ready.placed.head_angle_rad
     steps = replace(steps or StepSettings(), watch_stability=True)
-    state = system.state_at_rest(
-        ready.start_s, motion.at(ready.start_s), next_step_s=steps.longest_s
+    state = system.at_rest(
+        Load.at(motion.at(ready.start_s), ready.start_s), next_step_s=steps.longest_s
     )
     resumed_at_s = None if resume_from is None else resume_from.time_s
     if resume_from is None:
@@ -156,7 +158,6 @@ def replay(
         state = restored(resume_from.checkpoint, resume_from.time_s, state)
     measures = LipMeasures(ready.lips, head_angle)
     recorder = Recorder(
-        system,
         measures.measured,
         start_s=ready.start_s,
         end_s=ready.end_s,
@@ -220,7 +221,7 @@ def _messages(
     return tuple(message for message in all_messages if message)
 
 
-def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
+def _contact_period(system: Model, motion: RigidMotion) -> tuple[float, float]:
     """Return when the neck comes near the undeformed lips, and when it has left them for good."""
     times = np.linspace(motion.time_s[0], motion.time_s[-1], 4 * motion.time_s.size)
     near = _neighbourhood(system)
@@ -237,12 +238,12 @@ def _contact_period(system: System, motion: RigidMotion) -> tuple[float, float]:
     )
 
 
-def _neighbourhood(system: System) -> Callable[[RigidPlacement], bool]:
+def _neighbourhood(system: Model) -> Callable[[RigidPlacement], bool]:
     """Return what tells whether the neck is near the undeformed lips."""
     nothing = np.zeros_like(system.body.nodes)
     moving = [
         (pair.outline, pair.surface.positions(nothing).reshape(-1, 2))
-        for pair in system.contacts
+        for pair in rigid_contacts(system.contacts)
         if pair.moving
     ]
 
@@ -255,12 +256,12 @@ def _neighbourhood(system: System) -> Callable[[RigidPlacement], bool]:
     return near
 
 
-def _touching(system: System, state: State) -> tuple[str, ...]:
+def _touching(system: Model, state: State) -> tuple[str, ...]:
     """Return the lips that touch the neck in a committed state."""
     touches = system.contact_responses(state.displacement, state.placement, state)
     pressed = [
-        pair.name
-        for pair, touch in zip(system.contacts, touches, strict=True)
-        if pair.moving and touch.edges.size
+        touch.contact.name
+        for touch in rigid_responses(touches)
+        if touch.contact.moving and touch.edges.size
     ]
     return tuple(lip for lip in LIPS if any(name.startswith(lip) for name in pressed))

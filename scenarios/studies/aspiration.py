@@ -18,9 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fem2d.loads.load import Load
 from fem2d.materials.library import configuration_cards
 from fem2d.materials.material import Material
-from fem2d.solvers.static import Load, Settled, advance, eigenvalue_nearest_zero
+from fem2d.solvers.static import StaticResult, eigenvalue_nearest_zero, kept_at, solve_static
 from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress
 from geometry2d.foundation.settings import setting
@@ -109,7 +110,7 @@ class Aspiration:
     max_log_strain: Array
     max_mises_kpa: Array
     softest: Array
-    last: Settled
+    last: StaticResult
     model: SuctionModel
     loss: Loss | None
 
@@ -140,58 +141,59 @@ def aspirated(
     """
     model = SuctionModel.of(layers, options)
     wanted = np.linspace(0.0, options.suction_kpa, options.points + 1)[1:]
-    rest = model.system.undeformed()
+    rest = kept_at(model.system)
     found = [rest]
     loss = None
-    for settled in model.solve_at_suctions(wanted, start=rest):
-        if not settled.found:
+    for result in model.solve_at_suctions(wanted, start=rest):
+        if not result.converged:
             loss = _loss(model, found[-1])
             break
-        found.append(settled)
-        progress(0.8 * len(found) / len(wanted), f"{suction_of(settled):.2f} kPa")
+        found.append(result)
+        progress(0.8 * len(found) / len(wanted), f"{suction_of(result):.2f} kPa")
     if loss is None and options.search_kpa > options.suction_kpa:
         loss = _searched(model, found[-1], options.search_kpa, progress)
     suction, apex, low, high, mises, softest = np.array([_row(model, s) for s in found]).T
     return Aspiration(suction, apex, low, high, mises, softest, found[-1], model, loss)
 
 
-def suction_of(settled: Settled) -> float:
+def suction_of(result: StaticResult) -> float:
     """Return the suction of an equilibrium, kPa."""
-    return -settled.load.pressure_mpa / MPA_PER_KPA
+    return -result.load.pressure_mpa / MPA_PER_KPA
 
 
-def _row(model: SuctionModel, settled: Settled) -> tuple[float, ...]:
-    fields = model.system.body.fields(settled.displacement)
+def _row(model: SuctionModel, result: StaticResult) -> tuple[float, ...]:
+    fields = model.system.body.fields(result.displacement)
     strain = fields.log_strain[model.upper]
     mises = fields.von_mises[model.sucked]
     return (
-        suction_of(settled) + 0.0,
-        model.apex_mm(settled),
+        suction_of(result) + 0.0,
+        model.apex_mm(result),
         float(strain.min()),
         float(strain.max()),
         float(mises.max()) / MPA_PER_KPA,
-        eigenvalue_nearest_zero(model.system, settled, solver=model.solver),
+        eigenvalue_nearest_zero(result, solver=model.solver),
     )
 
 
 def _searched(
-    model: SuctionModel, start: Settled, to_kpa: float, progress: Progress
+    model: SuctionModel, start: StaticResult, to_kpa: float, progress: Progress
 ) -> Loss | None:
     """Return where equilibrium is lost between ``start`` and a suction, None if nowhere."""
     last = start
     first = suction_of(start)
     steps = max(1, int(np.ceil((to_kpa - first) / SEARCH_STEP_KPA)))
     for suction in np.linspace(first, to_kpa, steps + 1)[1:]:
-        target = Load(-suction * MPA_PER_KPA)
-        for settled in advance(model.system, last, target, solver=model.solver):
-            if not settled.found:
-                return _loss(model, last)
-            last = settled
+        load = Load(pressure_mpa=-suction * MPA_PER_KPA)
+        last = solve_static(
+            model.system, load, start=last, solver=model.solver, threads=model.threads
+        )
+        if not last.converged:
+            return _loss(model, last)
         progress(0.8 + 0.2 * suction / to_kpa, f"{suction:.1f} kPa, searching for the loss")
     return None
 
 
-def _loss(model: SuctionModel, last: Settled) -> Loss:
+def _loss(model: SuctionModel, last: StaticResult) -> Loss:
     """Return what happens where the suction could not be raised any further.
 
     The apex is raised instead, and the suction solved for: a limit point is gone round, and the
@@ -199,9 +201,9 @@ def _loss(model: SuctionModel, last: Settled) -> Loss:
     """
     path, state, step = [_step_of_path(model, last)], last, ROUND_STEP_MM
     for _ in range(ROUND_STEPS):
-        (settled,) = model.raised_to([model.apex_mm(state) + step], start=state)
-        if settled.found and 0 < suction_of(settled) < 2 * path[0][1]:
-            state, step = settled, min(1.5 * step, ROUND_STEP_MM)
+        (raised,) = model.raised_to([model.apex_mm(state) + step], start=state)
+        if raised.converged and 0 < suction_of(raised) < 2 * path[0][1]:
+            state, step = raised, min(1.5 * step, ROUND_STEP_MM)
             path.append(_step_of_path(model, state))
         elif step > SHORTEST_ROUND_STEP_MM:
             step /= 2
@@ -233,9 +235,9 @@ def _loss(model: SuctionModel, last: Settled) -> Loss:
     )  # fmt: skip
 
 
-def _step_of_path(model: SuctionModel, settled: Settled) -> tuple[float, float, float]:
-    softest = eigenvalue_nearest_zero(model.system, settled, solver=model.solver)
-    return model.apex_mm(settled), suction_of(settled), softest
+def _step_of_path(model: SuctionModel, result: StaticResult) -> tuple[float, float, float]:
+    softest = eigenvalue_nearest_zero(result, solver=model.solver)
+    return model.apex_mm(result), suction_of(result), softest
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from scipy.special import stdtrit
 
 from fem2d.materials.library import MaterialCard, configuration_cards, material_from
 from fem2d.materials.material import Material
-from fem2d.solvers.static import Settled, settle
+from fem2d.solvers.static import StaticResult, static_step
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import (
     check_replaceable,
@@ -38,7 +38,7 @@ from geometry2d.foundation.output import (
 from geometry2d.foundation.progress import Progress
 from geometry2d.foundation.settings import setting
 from scenarios.studies.aspiration import write_summary, write_table
-from scenarios.studies.suction import MPA_PER_KPA, SuctionModel, SuctionOptions
+from scenarios.studies.suction import SuctionModel, SuctionOptions
 
 Array = NDArray[np.float64]
 
@@ -223,7 +223,7 @@ class SuctionCurve:
     materials: Callable[[Array], Mapping[str, Material]]
     suction_kpa: Array
     computed: int = 0
-    _before: tuple[Array, list[Settled], list[Array]] | None = field(default=None, repr=False)
+    _before: tuple[Array, list[StaticResult], list[Array]] | None = field(default=None, repr=False)
 
     def at(self, logarithms: Array) -> Evaluation:
         """Return curve and gradient.
@@ -252,7 +252,7 @@ class SuctionCurve:
         more, less = (self.materials(np.exp(logarithms + s)) for s in (step, -step))
         return self.model.with_materials(more), self.model.with_materials(less)
 
-    def _equilibria(self, model: SuctionModel, logarithms: Array) -> list[Settled]:
+    def _equilibria(self, model: SuctionModel, logarithms: Array) -> list[StaticResult]:
         if self._before is not None:
             before, states, slopes = self._before
             found = []
@@ -260,29 +260,36 @@ class SuctionCurve:
                 move = (slope @ (logarithms - before)).reshape(-1, 2)
                 guess = state.displacement + move
                 found.append(
-                    settle(model.system, state, state.load, solver=self.model.solver, guess=guess)
+                    static_step(
+                        model.system,
+                        state,
+                        state.load,
+                        solver=self.model.solver,
+                        guess=guess,
+                        threads=self.model.threads,
+                    )
                 )
-                if not found[-1].found:
+                if not found[-1].converged:
                     break
             else:
                 return found
-        marched = list(model.solve_at_suctions(self.suction_kpa))
-        if not marched[-1].found:
+        states = list(model.solve_at_suctions(self.suction_kpa))
+        if not states[-1].converged:
             raise CalibrationStopped(
-                f"no equilibrium at {-marched[-1].load.pressure_mpa / MPA_PER_KPA:.2f} kPa with "
+                f"no equilibrium at {self.suction_kpa[len(states) - 1]:.2f} kPa with "
                 f"parameters {np.exp(logarithms).round(6).tolist()}"
             )
-        return marched
+        return states
 
     def _slope(
         self,
         model: SuctionModel,
-        state: Settled,
+        state: StaticResult,
         varied: Sequence[tuple[SuctionModel, SuctionModel]],
     ) -> Array:
         """Return ∂u/∂(log θ), (2n, p), mm."""
         solver = self.model.solver
-        solver.factorise(model.system.tangent(state))
+        solver.factorise(state.balance.tangent(False).matrix)
         columns = []
         for more, less in varied:
             change = (

@@ -16,9 +16,11 @@ import skfem
 from fem2d.body.body import Body
 from fem2d.body.elements import ELEMENTS
 from fem2d.body.kinematics import Plane
+from fem2d.loads.load import Load
 from fem2d.materials.material import Array
 from fem2d.materials.neo_hookean import NeoHookean
-from fem2d.solvers.static import equilibrium
+from fem2d.solvers.model import Model
+from fem2d.solvers.static import kept_at, solve_static
 
 THESIS_SOFT = NeoHookean(0.0056, 3.5608)
 """Of the thesis' element study: ν is 0.4901."""
@@ -107,16 +109,16 @@ def square_stresses(element: str) -> Array:
     body = Body.of(mesh, THESIS_SOFT, plane=Plane.STRAIN, element=element)
     left, right, low = (body.boundary_nodes(name) for name in ("left", "right", "bottom"))
     fixed = np.concatenate([2 * left, 2 * low + 1, 2 * right])
+    model = Model(body, held=fixed)
     stresses = []
     for branch in (np.linspace(-0.1, -0.9, 9), np.linspace(0.25, 3.0, 12)):
-        start = np.zeros(body.nodes.shape)
+        rest = kept_at(model)
         for move in branch:
-            values = np.where(np.isin(fixed, 2 * right), move, 0.0)
-            found = equilibrium(body, fixed, values, start=start)
-            if not found.found:
+            load = Load(held_mm=np.where(np.isin(fixed, 2 * right), move, 0.0))
+            rest = solve_static(model, load, start=rest)
+            if not rest.converged:
                 return np.full(21, np.nan)
-            start = found.displacement
-            stresses.append(found.reaction[2 * right].sum())
+            stresses.append(rest.reaction[2 * right].sum())
     return np.array(stresses)
 
 
@@ -134,8 +136,9 @@ def beam_tip(element: str, cells: tuple[int, int]) -> float:
     shares = (1 / 6, 1 / 6, 2 / 3) if edges.shape[1] == 3 else (0.5, 0.5)
     for nodes, share in zip(edges.T, shares, strict=True):
         np.add.at(load[:, 1], nodes, -share * BEAM_LOAD_MPA / cells[1])
-    found = equilibrium(body, np.concatenate([2 * left, 2 * left + 1]), dead_n=load.ravel())
-    return float(-found.displacement[tip, 1].mean()) if found.found else float("nan")
+    model = Model(body, held=np.concatenate([2 * left, 2 * left + 1]))
+    rest = solve_static(model, Load(dead_n=load.ravel()))
+    return float(-rest.displacement[tip, 1].mean()) if rest.converged else float("nan")
 
 
 def cook_rise(element: str, cells: int) -> float:
@@ -154,9 +157,10 @@ def cook_rise(element: str, cells: int) -> float:
     shares = (1 / 6, 1 / 6, 2 / 3) if edges.shape[1] == 3 else (0.5, 0.5)
     for nodes, share in zip(edges.T, shares, strict=True):
         np.add.at(load[:, 1], nodes, share * COOK_LOAD_MPA * 16 / cells)
-    found = equilibrium(body, np.concatenate([2 * left, 2 * left + 1]), dead_n=load.ravel())
+    model = Model(body, held=np.concatenate([2 * left, 2 * left + 1]))
+    rest = solve_static(model, Load(dead_n=load.ravel()))
     middle = np.argmin(np.hypot(body.nodes[:, 0] - 48, body.nodes[:, 1] - 52))
-    return float(found.displacement[middle, 1]) if found.found else float("nan")
+    return float(rest.displacement[middle, 1]) if rest.converged else float("nan")
 
 
 def _grid(element: str, x: Array, y: Array) -> skfem.Mesh:

@@ -27,18 +27,19 @@ from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
-from fem2d.contact.rigid import RigidContact
+from fem2d.contact.rigid import RigidContact, rigid_responses
+from fem2d.loads.load import Load
 from fem2d.materials.library import configuration_cards
 from fem2d.materials.material import Material
 from fem2d.solvers.linear import fastest_solver
-from fem2d.solvers.static import Load, Settled, StaticSystem, advance, settle
+from fem2d.solvers.model import Model
+from fem2d.solvers.static import StaticResult, StaticSettings, kept_at, static_path, static_step
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress
 from geometry2d.foundation.settings import setting
 from geometry2d.mesh import polygon_mesh
 from geometry2d.neck import NECKS, NeckSection, neck_section
-from geometry2d.rigid import RigidPlacement
 from scenarios.settings.tables import nearest
 from scenarios.studies.aspiration import write_summary, write_table
 
@@ -51,6 +52,10 @@ DEEPEST = 0.8
 FORCE_TOLERANCE = 1e-4
 FLOOR = 0.1
 """The floor of a root: within this share of the thread's depth of the root's diameter."""
+
+
+SEARCH = StaticSettings(first_contact=False)
+"""Slip counts from the start of a step of the neck."""
 
 
 class PressError(DrinksimError):
@@ -167,15 +172,20 @@ class Press:
         )
 
     @cached_property
-    def system(self) -> StaticSystem:
+    def system(self) -> Model:
         """Lip, its fixed bottom, and the neck's lower wall."""
         body = self.body
         bottom = body.boundary_nodes("bottom")
         surface = Surface(body.edges("skin"), body.nodes, self.options.thickness_mm)
         pair = RigidContact(
-            "neck", surface, self.neck.lower_wall, NormalLaw(), FrictionLaw(self.options.friction)
+            surface,
+            self.neck.lower_wall,
+            normal=NormalLaw(),
+            friction=FrictionLaw(self.options.friction),
+            name="neck",
         )
-        return StaticSystem(body, np.concatenate([2 * bottom, 2 * bottom + 1]), (pair,))
+        held = np.concatenate([2 * bottom, 2 * bottom + 1])
+        return Model(body, contacts=(pair,), held=held)
 
     def load(self, indentation_mm: float) -> Load:
         """Return the load that lowers the neck by this much from where it first touches, mm."""
@@ -186,13 +196,13 @@ class Press:
             o.opening_mm - 0.5 * o.lip_width_mm - float(opening),
             o.lip_height_mm - float(lowest) - indentation_mm,
         )
-        return Load(placement=RigidPlacement(0.0, shift))
+        return Load(move=shift)
 
-    def indentation_mm(self, settled: Settled) -> float:
+    def indentation_mm(self, result: StaticResult) -> float:
         """Return how far the neck has come down at an equilibrium, mm."""
-        return self.load(0.0).placement.shift_mm[1] - settled.load.placement.shift_mm[1]
+        return self.load(0.0).move[1] - result.load.move[1]
 
-    def pressed(self, *, progress: Progress = lambda share, text: None) -> Settled:
+    def pressed(self, *, progress: Progress = lambda share, text: None) -> StaticResult:
         """Return the equilibrium at which the neck carries the force.
 
         Raises
@@ -201,7 +211,7 @@ class Press:
             If the lip cannot carry it.
         """
         o, solver = self.options, fastest_solver()
-        below = self.system.undeformed(self.load(0.0))
+        below = kept_at(self.system, load=self.load(0.0))
         while True:
             depth = self.indentation_mm(below) + STEP_MM
             if depth > DEEPEST * o.lip_height_mm:
@@ -211,29 +221,33 @@ class Press:
                     f"{o.force:g} N: use a smaller force or a larger lip"
                 )
             passed = None
-            for settled in advance(self.system, below, self.load(depth), solver=solver):
-                if not settled.found:
+            for result in static_path(
+                self.system, self.load(depth), start=below, solver=solver, settings=SEARCH
+            ):
+                if not result.converged:
                     raise PressError(
                         f"the lip loses its equilibrium at {force_n(below):.4g} N, "
                         f"{self.indentation_mm(below):.2f} mm deep, and cannot carry {o.force:g} N:"
                         " use a smaller force"
                     )
-                if force_n(settled) >= o.force:
-                    passed = settled
+                if force_n(result) >= o.force:
+                    passed = result
                     break
-                below = settled
+                below = result
             progress(min(force_n(below) / o.force, 1.0), f"{force_n(below):.3f} N")
             if passed is not None:
                 return self._between(below, passed)
 
-    def _between(self, below: Settled, above: Settled) -> Settled:
+    def _between(self, below: StaticResult, above: StaticResult) -> StaticResult:
         """Return the equilibrium with the force, between one with less and one with more."""
         o, solver = self.options, fastest_solver()
         reached = above
 
         def excess(depth: float) -> float:
             nonlocal reached
-            reached = settle(self.system, below, self.load(depth), solver=solver)
+            reached = static_step(
+                self.system, below, self.load(depth), solver=solver, settings=SEARCH
+            )
             return (
                 0.0
                 if abs(force_n(reached) / o.force - 1) < FORCE_TOLERANCE
@@ -257,9 +271,9 @@ def _profile(options: PressOptions, inset_mm: float) -> Array:
     return np.concatenate([[[half, 0.0]], right, left, [[-half, 0.0]]])
 
 
-def force_n(settled: Settled) -> float:
+def force_n(result: StaticResult) -> float:
     """Return the force on the neck, N, upwards."""
-    return -float(sum(np.sum(touch.force[:, 1::2]) for touch in settled.contacts)) + 0.0
+    return -float(sum(np.sum(touch.force[:, 1::2]) for touch in result.contacts)) + 0.0
 
 
 @dataclass(frozen=True)
@@ -294,10 +308,11 @@ class Imprint:
     thread_end_mm: float
 
 
-def imprint_of(press: Press, settled: Settled) -> Imprint:
+def imprint_of(press: Press, result: StaticResult) -> Imprint:
     """Return where the neck is touched at an equilibrium."""
-    (touch,), (pair,) = settled.contacts, press.system.contacts
-    stretch = pair.surface.stretch(settled.displacement)
+    (touch,) = rigid_responses(result.contacts)
+    pair = touch.contact
+    stretch = pair.surface.stretch(result.displacement)
     touching = touch.points.pressure > 0
     arc = touch.points.outline_arc[touching]
     order = np.argsort(arc)
@@ -365,11 +380,11 @@ def press_study(
     cards = configuration_cards(configuration)
     with directory_at_once(out) as folder:
         press = Press({name: card.material for name, card in cards.items()}, chosen)
-        settled = press.pressed(progress=progress)
-        imprint = imprint_of(press, settled)
+        result = press.pressed(progress=progress)
+        imprint = imprint_of(press, result)
         table = {
-            "force_n": force_n(settled),
-            "indentation_mm": press.indentation_mm(settled),
+            "force_n": force_n(result),
+            "indentation_mm": press.indentation_mm(result),
             "contact_mm": imprint.contact_mm,
             "crests_touched": list(imprint.crests),
             "roots_touched": list(imprint.roots),
@@ -385,7 +400,7 @@ def press_study(
             ("neck_arc_mm", "pressure_kpa"),
             list(zip(imprint.arc_mm.tolist(), imprint.pressure_kpa.tolist(), strict=True)),
         )
-        _plot(folder / "press.png", configuration, press, settled, imprint)
+        _plot(folder / "press.png", configuration, press, result, imprint)
         sentences = (
             f"{table['force_n']:.4f} N at {table['indentation_mm']:.2f} mm: "
             f"{imprint.contact_mm:.2f} mm of lip touch, from {imprint.depth_mm[0]:.1f} to "
@@ -407,27 +422,27 @@ def press_study(
     return PressResult(out, sentences)
 
 
-def _plot(path: Path, name: str, press: Press, settled: Settled, imprint: Imprint) -> None:
+def _plot(path: Path, name: str, press: Press, result: StaticResult, imprint: Imprint) -> None:
     from scenarios.studies.plots import COLOURS, blank_figure, draw_field, finish, labelled
 
-    fields = press.body.fields(settled.displacement)
+    fields = press.body.fields(result.displacement)
     strain = np.average(np.abs(fields.log_strain).max(axis=-1), axis=1, weights=fields.volume)
     figure = blank_figure(10.0, 5.2)
     axes = labelled(figure.subplots(), "mm", "mm")
-    colours = draw_field(axes, press.body, settled.displacement, strain)
-    placement = settled.load.placement
+    colours = draw_field(axes, press.body, result.displacement, strain)
+    placement = result.load.placement
     wall = placement.apply(press.neck.lower_wall.sampled(0.05))
     axes.fill(wall[:, 0], wall[:, 1], facecolor="0.85", edgecolor="0.35", linewidth=0.8)
     touched = placement.apply(press.neck.lower_wall.point_at(imprint.arc_mm)[0])
     axes.plot(touched[:, 0], touched[:, 1], ".", color="#d62728", markersize=4, label="contact")
     axes.legend(frameon=False, loc="lower right")
-    lip = press.body.nodes[:, 0] + settled.displacement[:, 0]
+    lip = press.body.nodes[:, 0] + result.displacement[:, 0]
     axes.set_xlim(lip.min() - 1.0, lip.max() + 1.0)
     axes.set_ylim(-0.3, press.options.lip_height_mm + 3.0)
     figure.colorbar(colours, ax=axes, label="largest principal log strain, absolute", shrink=0.8)
     axes.set_title(
-        f"{name}: {press.options.neck} neck, {force_n(settled):.3f} N, "
-        f"{press.indentation_mm(settled):.2f} mm deep, {imprint.contact_mm:.1f} mm in contact",
+        f"{name}: {press.options.neck} neck, {force_n(result):.3f} N, "
+        f"{press.indentation_mm(result):.2f} mm deep, {imprint.contact_mm:.1f} mm in contact",
         fontsize=10,
         color=COLOURS[0],
     )

@@ -24,10 +24,13 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
+from fem2d.loads.load import Load
 from fem2d.loads.pressure import Exposure, FollowerPressure
 from fem2d.materials.material import Material
 from fem2d.solvers.linear import DirectSolver, fastest_solver
-from fem2d.solvers.static import Load, Reach, Settled, StaticSystem, advance, settle
+from fem2d.solvers.model import Model
+from fem2d.solvers.static import StaticResult, Steering, kept_at, solve_static, static_step
+from fem2d.threads import Threads
 from geometry2d.curves import graded
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.settings import setting
@@ -214,7 +217,7 @@ class SuctionModel:
         (e, q) which integration points lie in that layer under the aperture.
     """
 
-    system: StaticSystem
+    system: Model
     apex: int
     upper: NDArray[np.int64]
     sucked: NDArray[np.bool_]
@@ -241,7 +244,9 @@ class SuctionModel:
         surface = Surface(body.edges("surface"), body.nodes, axisymmetric=True)
         free_friction = FrictionLaw(coefficient=0.0)
         law = NormalLaw(options.contact_mpa_per_mm, 1e-2 / options.contact_mpa_per_mm)
-        contact = RigidContact("cup", surface, options.cup, law, free_friction, moving=False)
+        contact = RigidContact(
+            surface, options.cup, normal=law, friction=free_friction, moving=False, name="cup"
+        )
         sealed_from = options.aperture_radius_mm + options.rim_fillet_mm
         exposure = Exposure(options.cup, sealed_from, options.clearance_mm)
         on_axis = np.flatnonzero(np.all(np.abs(body.nodes) < 1e-9, axis=1))
@@ -249,7 +254,12 @@ class SuctionModel:
         sucked[body.elements_of("dermis")] = True
         sucked &= body.tables.points[..., 0] < options.aperture_radius_mm
         return cls(
-            StaticSystem(body, held, (contact,), (FollowerPressure(surface, exposure),)),
+            Model(
+                body,
+                contacts=(contact,),
+                loads=(FollowerPressure(surface, exposure),),
+                held=held,
+            ),
             int(on_axis[0]),
             body.elements_of("dermis"),
             sucked,
@@ -263,9 +273,14 @@ class SuctionModel:
         system = self.system
         return replace(self, system=replace(system, body=replace(system.body, materials=laws)))
 
-    def apex_mm(self, settled: Settled) -> float:
+    def apex_mm(self, result: StaticResult) -> float:
         """Return how far the middle of the surface has risen, mm."""
-        return float(settled.displacement[self.apex, 1])
+        return float(result.displacement[self.apex, 1])
+
+    @cached_property
+    def threads(self) -> Threads:
+        """The threads that share this model's work."""
+        return Threads()
 
     @cached_property
     def solver(self) -> DirectSolver:
@@ -273,31 +288,33 @@ class SuctionModel:
         return fastest_solver()
 
     def solve_at_suctions(
-        self, suction_kpa: Iterable[float], *, start: Settled | None = None
-    ) -> Iterator[Settled]:
+        self, suction_kpa: Iterable[float], *, start: StaticResult | None = None
+    ) -> Iterator[StaticResult]:
         """Yield the equilibrium at each suction, kPa; ends early with one not found.
 
         Between suctions as many steps are taken as Newton's method needs.
         """
-        state = start or self.system.undeformed()
+        state = start or kept_at(self.system)
         for suction in suction_kpa:
-            target = Load(-suction * MPA_PER_KPA)
-            state = list(advance(self.system, state, target, solver=self.solver))[-1]
+            load = Load(pressure_mpa=-suction * MPA_PER_KPA)
+            state = solve_static(
+                self.system, load, start=state, solver=self.solver, threads=self.threads
+            )
             yield state
-            if not state.found:
+            if not state.converged:
                 return
 
-    def raised_to(self, apex_mm: Iterable[float], *, start: Settled) -> Iterator[Settled]:
+    def raised_to(self, apex_mm: Iterable[float], *, start: StaticResult) -> Iterator[StaticResult]:
         """Yield the equilibrium at each apex displacement, mm, the suction being solved for.
 
         Goes round limit points of the suction. Ends early with one not found.
         """
         state = start
         for apex in apex_mm:
-            state = settle(
+            state = static_step(
                 self.system, state, state.load, solver=self.solver,
-                reach=Reach(2 * self.apex + 1, apex),
+                further=Steering(2 * self.apex + 1, apex), threads=self.threads,
             )  # fmt: skip
             yield state
-            if not state.found:
+            if not state.converged:
                 return

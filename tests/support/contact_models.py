@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-import scipy.sparse as sp
 import skfem
 
 from fem2d.body.body import Body
@@ -15,12 +14,12 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
+from fem2d.loads.load import Load, Loading
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
-from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import Commit, MarchStatus, StepSettings, march
-from fem2d.solvers.model import System, SystemBalance
+from fem2d.solvers.model import Model
 from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.state import State
 from geometry2d.outline import Outline
@@ -31,44 +30,30 @@ FINE = NewtonSettings(tolerance=1e-8, force_floor_n=1e-3, iterations=40)
 
 
 @dataclass(frozen=True)
-class LoadedSystem(System):
-    """A system with dead nodal loads and held unknowns, which lips do not need.
+class LoadedModel:
+    """A model and what acts on it besides rigid bodies, against time.
 
-    ``load`` gives the forces (2n,), N, at a time; ``held`` are unknowns that springs of
-    ``hold`` N/mm keep at ``path`` (time), mm, so stiff that they are supports.
+    ``load`` gives dead nodal forces (2n,), N; ``path`` displacements of the held unknowns, mm.
     """
 
+    model: Model
     load: Callable[[float], np.ndarray] | None = None
-    held: np.ndarray = field(default_factory=lambda: np.empty(0, int))
     path: Callable[[float], np.ndarray] | None = None
-    hold: float = 1e7
 
-    def reaction(self, displacement: np.ndarray, time_s: float) -> np.ndarray:
-        """Forces on the held unknowns, N."""
-        there = 0.0 if self.path is None else self.path(time_s)
-        return self.hold * (there - displacement.ravel()[self.held])
+    def loading(self, motion: RigidMotion) -> Loading:
+        def at(time_s: float) -> Load:
+            return replace(
+                Load.at(motion.at(time_s), time_s),
+                dead_n=0.0 if self.load is None else self.load(time_s),
+                held_mm=0.0 if self.path is None else self.path(time_s),
+            )
 
-    def balance(self, displacement, placement, before, duration_s, **options) -> SystemBalance:
-        plain = super().balance(displacement, placement, before, duration_s, **options)
-        time = before.time_s + duration_s
-        residual, scale = plain.residual.copy(), plain.force_scale
-        reaction = self.reaction(displacement, time)
-        residual[self.held] -= reaction
-        if self.held.size:
-            scale = max(scale, np.max(np.abs(reaction)))
-        if self.load is not None:
-            force = self.load(time)
-            residual -= force
-            scale = max(scale, np.max(np.abs(force)))
+        return at
 
-        def tangent(psd: bool) -> sp.csr_matrix:
-            result = plain.tangent(psd)
-            diagonal = result.diagonal()
-            diagonal[self.held] += self.hold
-            result.setdiag(diagonal)
-            return result
 
-        return replace(plain, residual=residual, force_scale=scale, tangent=tangent)
+def loaded(body: Body, *, load=None, path=None, **members) -> LoadedModel:
+    """A loaded model of a body and its contacts, supports and so on."""
+    return LoadedModel(Model(body, **members), load, path)
 
 
 def linear_elastic(young_mpa: float, poisson: float) -> NeoHookean:
@@ -174,7 +159,7 @@ def path(times, positions) -> RigidMotion:
 
 
 def followed(
-    system: System,
+    problem: Model | LoadedModel,
     motion: RigidMotion,
     *,
     increments: int,
@@ -187,12 +172,15 @@ def followed(
     """March in equal increments (or of ``step_s``) and return all of them; it must arrive."""
     last = float(motion.time_s[-1]) if end_s is None else end_s
     step = last / increments if step_s is None else step_s
+    if isinstance(problem, Model):
+        problem = LoadedModel(problem)
+    loading = problem.loading(motion)
     if start is None:
-        start = system.state_at_rest(0.0, motion.at(0.0), next_step_s=step)
+        start = problem.model.at_rest(loading(0.0), next_step_s=step)
     commits: list[Commit] = []
     result = march(
-        system,
-        motion,
+        problem.model,
+        loading,
         start,
         solver=solver or fastest_solver(),
         end_s=last,
@@ -245,5 +233,5 @@ def lip_press(columns=50, rows=40, *, plane=Plane.STRAIN, element="Q4", angle=0.
     normal = options.pop("normal", NormalLaw(10.0, 1e-9))
     friction = options.pop("friction", FrictionLaw(1.0, 10.0))
     held = np.concatenate([unknowns(body, "bottom", 0), unknowns(body, "bottom", 1)])
-    pair = RigidContact("circle", top, lip, normal, friction)
-    return LoadedSystem(body, (pair,), (), Inertia(0.0), held=held, hold=1e4)
+    pair = RigidContact(top, lip, normal=normal, friction=friction, name="circle")
+    return Model(body, contacts=(pair,), held=held)

@@ -30,12 +30,13 @@ from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
+from fem2d.loads.load import Load
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import Commit, MarchResult, StepSettings, march
-from fem2d.solvers.model import System
+from fem2d.solvers.model import Model
 from geometry2d.mesh import block_mesh, polygon_mesh
 from geometry2d.neck import neck_section
 from geometry2d.outline import Outline
@@ -58,12 +59,12 @@ class Case:
     backwards: bool = False
 
 
-def model(case: Case) -> tuple[System, RigidMotion]:
+def model(case: Case) -> tuple[Model, RigidMotion]:
     """Return what is in balance and how the neck moves."""
     return pressed_and_dragged(case) if case.problem == "A" else snap_back(case)
 
 
-def pressed_and_dragged(case: Case) -> tuple[System, RigidMotion]:
+def pressed_and_dragged(case: Case) -> tuple[Model, RigidMotion]:
     """Problem A."""
     if case.edge_mm == 0:
         mesh = block_mesh(20, 12, 182, 110, layers={"dermis": DERMIS_MM / 12})
@@ -83,7 +84,7 @@ def pressed_and_dragged(case: Case) -> tuple[System, RigidMotion]:
     )
 
 
-def snap_back(case: Case) -> tuple[System, RigidMotion]:
+def snap_back(case: Case) -> tuple[Model, RigidMotion]:
     """Problem B."""
     width, height, radius = 8.0, 14.0, 3.0
     regions = {
@@ -140,7 +141,7 @@ def run(case: Case) -> tuple[MarchResult, list[Commit]]:
     result = march(
         system,
         motion,
-        system.state_at_rest(0.0, motion.at(0.0), next_step_s=STEP_S),
+        system.at_rest(Load.at(motion.at(0.0), 0.0), next_step_s=STEP_S),
         solver=fastest_solver(),
         steps=StepSettings(longest_s=STEP_S, travel_mm=np.inf, accuracy_mm=np.inf),
         on_commit=commits.append,
@@ -161,23 +162,27 @@ def penetration_mm(commits: list[Commit]) -> float:
 
 def _system(
     case: Case, body: Body, skin: str, bottom: str, wall: Outline, tooth: Outline | None = None
-) -> System:
+) -> Model:
     surface = partial(Surface, nodes=body.nodes, points_per_edge=4)
     normal, friction = NormalLaw(), FrictionLaw(case.friction)
     outside = surface(body.edges(skin))
-    pairs = [RigidContact("neck", outside, wall, normal, friction)]
+    pairs = [RigidContact(outside, wall, normal=normal, friction=friction, name="neck")]
     if tooth is not None:
-        pairs.append(RigidContact("tooth", outside, tooth, normal, FrictionLaw(0.0), moving=False))
+        pairs.append(
+            RigidContact(
+                outside, tooth, normal=normal, friction=FrictionLaw(0.0), moving=False, name="tooth"
+            )
+        )
     bone = ElasticTie("bone", surface(body.edges(bottom)), BONE_MPA_PER_MM, FADE_MM)
     fold = SelfContact(
-        "fold",
         (outside,),
-        normal,
-        FrictionLaw(0.3),
+        normal=normal,
+        friction=FrictionLaw(0.3),
         reach_mm=0.5,
-        itself=True,
+        same_surface=True,
+        name="fold",
     )
-    return System(body, tuple(pairs), (bone,), TISSUE, (fold,))
+    return Model(body, contacts=(*tuple(pairs), *(fold,)), ties=(bone,), inertia=TISSUE)
 
 
 def _graded_block(width: float, height: float, edge: float) -> skfem.MeshQuad:

@@ -9,8 +9,10 @@ import skfem
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
+from fem2d.loads.load import Load
 from fem2d.materials.material import Array, Material
-from fem2d.solvers.static import Settled, equilibrium
+from fem2d.solvers.model import Model
+from fem2d.solvers.static import StaticResult, kept_at, solve_static
 
 
 def squares(element: str, x: Array, y: Array) -> skfem.Mesh:
@@ -51,7 +53,7 @@ def pressed_block(
             np.full(len(top), -3.6 * share),
         ]
     )
-    found = at_rest(equilibrium(body, fixed, values))
+    found = at_rest(body, fixed, values)
     force = found.reaction.reshape(-1, 2)[top].sum(axis=0)
     return float(force[0]), float(force[1])
 
@@ -68,7 +70,7 @@ def cook(element: str, cells: int, law: Material, load_mpa: float) -> tuple[floa
     body = Body.of(mesh, law, plane=Plane.STRAIN, element=element)
     left = body.boundary_nodes("left")
     load = edge_load(body, "right", (0.0, load_mpa))
-    found = at_rest(equilibrium(body, np.concatenate([2 * left, 2 * left + 1]), dead_n=load))
+    found = at_rest(body, np.concatenate([2 * left, 2 * left + 1]), dead_n=load)
     rise = found.displacement[:, 1]
     middle, corner = (np.argmin(np.hypot(*(body.nodes - [48, y]).T)) for y in (52, 60))
     return float(rise[middle]), float(rise[corner])
@@ -127,7 +129,7 @@ def inflated(
     fixed = np.concatenate([2 * wall, 2 * wall + 1, 2 * flat + 1, 2 * upright])
     move = position * (to / inner - 1)
     values = np.concatenate([move[:, 0], move[:, 1], np.zeros(len(flat) + len(upright))])
-    found = at_rest(equilibrium(body, fixed, values))
+    found = at_rest(body, fixed, values)
     outward = position / np.hypot(*position.T)[:, None]
     push = float(np.sum(found.reaction.reshape(-1, 2)[wall] * outward))
     surface = 2 * np.pi * to**2 if plane is Plane.AXISYMMETRIC else np.pi / 2 * to
@@ -136,6 +138,17 @@ def inflated(
     return push / surface, float(radius.max())
 
 
-def at_rest(found: Settled) -> Settled:
-    assert found.found, found.status.value
+def at_rest(
+    body: Body,
+    held: Array,
+    held_mm: Array | float = 0.0,
+    *,
+    dead_n: Array | float = 0.0,
+    start: Array | float = 0.0,
+) -> StaticResult:
+    """The equilibrium of a body alone, from a displacement to start from; it must be found."""
+    model = Model(body, held=held)
+    load = Load(held_mm=held_mm, dead_n=dead_n)
+    found = solve_static(model, load, start=kept_at(model, start))
+    assert found.converged, found.newton.status.value
     return found

@@ -9,7 +9,7 @@ from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
 from fem2d.loads.tie import ElasticTie
 from fem2d.solvers.inertia import Inertia
-from fem2d.solvers.model import System
+from fem2d.solvers.model import Model
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
 
@@ -23,7 +23,7 @@ def squeezed(
     *,
     roller_mpa_per_mm: float = ROLLER_MPA_PER_MM,
     friction: float = 0.0,
-) -> System:
+) -> Model:
     """Return the block between rollers, the right ones moving; walls stand for mirror images.
 
     Skin touches skin with ``friction``.
@@ -41,15 +41,23 @@ def squeezed(
     )
     left = Outline.from_corners([[-5, -20], [0, -20], [0, 60], [-5, 60]], 0.0)
     walls = (
-        RigidContact("left", surface["top"], left, normal, smooth, moving=False),
-        RigidContact("right", surface["top"], left.moved(0, (length + 5, 0)), normal, smooth),
+        RigidContact(
+            surface["top"], left, normal=normal, friction=smooth, moving=False, name="left"
+        ),
+        RigidContact(
+            surface["top"],
+            left.moved(0, (length + 5, 0)),
+            normal=normal,
+            friction=smooth,
+            name="right",
+        ),
     )
     fold = SelfContact(
-        "fold",
         (surface["top"],),
-        normal,
-        FrictionLaw(friction),
+        normal=normal,
+        friction=FrictionLaw(friction),
         reach_mm=0.5,
-        itself=True,
+        same_surface=True,
+        name="fold",
     )
-    return System(body, walls, rollers, Inertia(1e-9, 0.0, 0.02), (fold,))
+    return Model(body, contacts=(*walls, *(fold,)), ties=rollers, inertia=Inertia(1e-9, 0.0, 0.02))

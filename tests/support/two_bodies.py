@@ -32,4 +32,4 @@ def between(body, normal, friction, points=2, reach=0.2):
         Surface(body.edges(name), body.nodes, points_per_edge=points)
         for name in ("lower_top", "upper_bottom")
     )
-    return SelfContact("pieces", sides, normal, friction, reach_mm=reach)
+    return SelfContact(sides, normal=normal, friction=friction, reach_mm=reach, name="pieces")

@@ -20,15 +20,14 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.self_contact import SelfContact
-from fem2d.solvers.inertia import Inertia
 from geometry2d.outline import Outline
 from tests.support.contact_models import (
     LIP_PRESS,
-    LoadedSystem,
     followed,
     force_on_tissue,
     linear_elastic,
     lip_press,
+    loaded,
     path,
     still,
     unknowns,
@@ -265,12 +264,12 @@ def test_groove_that_closes_on_itself(coefficient):
     body = Body.of(mesh, linear_elastic(1.0, 0.3), plane=Plane.STRAIN, element="Q4")
     surface = Surface(body.edges("skin"), body.nodes, points_per_edge=3)
     fold = SelfContact(
-        "groove",
         (surface,),
-        NormalLaw(50.0, 1e-5),
-        FrictionLaw(coefficient, 50.0),
+        normal=NormalLaw(50.0, 1e-5),
+        friction=FrictionLaw(coefficient, 50.0),
         reach_mm=0.25,
-        itself=True,
+        same_surface=True,
+        name="groove",
     )
     sides = [unknowns(body, "left", 0), unknowns(body, "right", 0)]
     lifted = [unknowns(body, "left", 1), unknowns(body, "right", 1)]
@@ -285,9 +284,7 @@ def test_groove_that_closes_on_itself(coefficient):
             [min(time, 1.0) * closing, max(time - 1.0, 0.0) * shearing, np.zeros(len(below))]
         )
 
-    system = LoadedSystem(
-        body, (), (), Inertia(0.0), held=held, folds=(fold,), hold=1e5, path=reach
-    )
+    system = loaded(body, contacts=(fold,), held=held, path=reach)
     end = 1.0 if coefficient == 0 else 2.0
     closed = followed(system, still(end), increments=int(28 * end))[-1]
     engine = BarrierEngine(
@@ -299,7 +296,7 @@ def test_groove_that_closes_on_itself(coefficient):
     force = engine.contact_force()[: len(body.nodes)]
     left = body.nodes[:, 0] < 2
     ours = np.zeros(body.nodes.size)
-    np.add.at(ours, closed.folds[0].dofs, closed.folds[0].force)
+    np.add.at(ours, closed.contacts[0].dofs, closed.contacts[0].force)
     ours = ours.reshape(-1, 2)
     assert ours[left, 0].sum() == pytest.approx(force[left, 0].sum(), rel=0.02)
     assert ours[left, 1].sum() == pytest.approx(

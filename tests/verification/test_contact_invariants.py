@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.loads.load import Load
 from fem2d.solvers.linear import Pardiso, SuperLu, fastest_solver
 from fem2d.solvers.march import PREDICTOR_ERROR_LIMIT, MarchStatus, StepSettings, march
 from fem2d.solvers.newton import NewtonSettings
-from fem2d.solvers.step import attempt
-from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
+from fem2d.solvers.stepper import attempt
+from geometry2d.rigid import RigidMotion, rotated
 from tests.support.contact_models import FINE, LIP_PRESS, followed, force_on_tissue, lip_press, path
 from tests.support.optional import needed_module
 
@@ -46,9 +47,8 @@ def test_action_equals_reaction():
     # holds the tissue, force and moment.
     system, motion = pressed_and_dragged()
     last = followed(system, motion, increments=20)[-1]
-    u = last.state.displacement
-    held = np.zeros(u.size)
-    held[system.held] = system.reaction(u, 2.0)
+    u, held = last.state.displacement, np.zeros(system.body.nodes.size)
+    held[system.held] = last.reaction[system.held]
     contact = np.zeros(u.size)
     np.add.at(contact, last.contacts[0].dofs, last.contacts[0].force)
     total = (held + contact).reshape(-1, 2)
@@ -103,16 +103,22 @@ def test_a_rejected_trial_leaves_no_trace(solver):
     system, motion = pressed_and_dragged()
     used = solver()
     state = followed(system, motion, increments=20, end_s=1.25, solver=used)[-1].state
-    first, _ = attempt(system, motion, state, 0.05, used, FINE)
+
+    def tried(motion, duration_s, solver, newton):
+        end_s = state.time_s + duration_s
+        load = Load.at(motion.at(end_s), end_s)
+        return attempt(system, state, load, duration_s, solver, newton)
+
+    first, _ = tried(motion, 0.05, used, FINE)
     far = replace(motion, shift_mm=motion.shift_mm * 6)
-    wild, _ = attempt(system, far, state, 0.5, used, NewtonSettings(iterations=4))
+    wild, _ = tried(far, 0.5, used, NewtonSettings(iterations=4))
     assert not wild.converged
-    again, _ = attempt(system, motion, state, 0.05, used, FINE)
+    again, _ = tried(motion, 0.05, used, FINE)
     assert first.converged
     assert first.iterations > 1
     assert np.array_equal(first.displacement, again.displacement)
     assert first.norms == again.norms
-    fresh, _ = attempt(system, motion, state, 0.05, solver(), FINE)
+    fresh, _ = tried(motion, 0.05, solver(), FINE)
     assert np.array_equal(first.displacement, fresh.displacement)
 
 
@@ -122,11 +128,11 @@ def test_resuming_from_any_committed_state_gives_the_same_bits():
     middle = whole[11].state
     kept = replace(
         middle,
-        placement=RigidPlacement(middle.placement.angle_rad, tuple(middle.placement.shift_mm)),
+        load=replace(middle.load),
         displacement=middle.displacement.copy(),
-        histories=tuple(
-            replace(h, body_position=h.body_position.copy(), traction=h.traction.copy())
-            for h in middle.histories
+        contacts=tuple(
+            replace(s, body_position=s.body_position.copy(), traction=s.traction.copy())
+            for s in middle.contacts
         ),
     )
     other_system, _ = pressed_and_dragged()
@@ -159,7 +165,7 @@ def test_a_plunge_into_a_rigid_body_is_rejected_but_slow_squeezing_is_not():
     def deepest(penetration_growth_mm):
         commits = []
         result = march(
-            system, motion, system.state_at_rest(0.0, motion.at(0.0), next_step_s=0.25),
+            system, motion, system.at_rest(Load.at(motion.at(0.0), 0.0), next_step_s=0.25),
             solver=fastest_solver(),
             steps=StepSettings(
                 longest_s=0.25, travel_mm=np.inf, accuracy_mm=np.inf,
@@ -188,7 +194,7 @@ def test_a_step_that_errs_in_its_foresight_is_taken_again_in_shorter_ones():
     def surprises(snap_s):
         commits = []
         result = march(
-            system, motion, system.state_at_rest(0.0, motion.at(0.0), next_step_s=0.1),
+            system, motion, system.at_rest(Load.at(motion.at(0.0), 0.0), next_step_s=0.1),
             solver=fastest_solver(),
             steps=StepSettings(longest_s=0.1, travel_mm=np.inf, accuracy_mm=aim, snap_s=snap_s),
             newton=FINE, on_commit=commits.append,
@@ -213,7 +219,7 @@ def test_whoever_is_told_of_an_increment_can_stop_the_march():
             raise KeyboardInterrupt
 
     result = march(
-        system, LIP_PRESS, system.state_at_rest(0.0, LIP_PRESS.at(0.0), next_step_s=0.05),
+        system, LIP_PRESS, system.at_rest(Load.at(LIP_PRESS.at(0.0), 0.0), next_step_s=0.05),
         solver=fastest_solver(), newton=FINE, on_commit=stop,
     )  # fmt: skip
     assert result.status is MarchStatus.INTERRUPTED

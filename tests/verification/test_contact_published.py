@@ -9,17 +9,17 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
-from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.model import Model
 from fem2d.solvers.newton import NewtonSettings
 from geometry2d.outline import Outline
 from tests.support.contact_models import (
     LIP_PRESS,
-    LoadedSystem,
     block,
     followed,
     force_on_tissue,
     linear_elastic,
     lip_press,
+    loaded,
     path,
     plane_below,
     side_pressure,
@@ -28,10 +28,10 @@ from tests.support.contact_models import (
 )
 
 
-class SlipFromTheStart(LoadedSystem):
+class SlipFromTheStart(Model):
     """Counts slip from the start of a step even where a point is met on the way, as others do."""
 
-    def with_first_contact(self, before, displacement, placement):
+    def with_first_contact(self, before, predicted, placement):
         return before
 
 
@@ -84,13 +84,16 @@ def plate_on_rigid_plane(cells, element):
     body = block(lines, lines, linear_elastic(1.3e5, 0.2), element=element)
     bottom = Surface(body.edges("bottom"), body.nodes, points_per_edge=2 if element == "Q4" else 4)
     pair = RigidContact(
-        "plane", bottom, plane_below(1e-4), NormalLaw(1e6, 1e-6), FrictionLaw(1.0, 1e6)
+        bottom,
+        plane_below(1e-4),
+        normal=NormalLaw(1e6, 1e-6),
+        friction=FrictionLaw(1.0, 1e6),
+        name="plane",
     )
     force = side_pressure(body, "top", (0, -50)) + side_pressure(body, "left", (150, 0))
-    system = LoadedSystem(
-        body, (pair,), (), Inertia(0.0), load=lambda t: t * force,
-        held=unknowns(body, "right", 0), hold=1e9,
-    )  # fmt: skip
+    system = loaded(
+        body, contacts=(pair,), load=lambda t: t * force, held=unknowns(body, "right", 0)
+    )
     newton = NewtonSettings(tolerance=1e-8, force_floor_n=1.0, iterations=40)
     u = followed(system, still(), increments=5, newton=newton)[-1].state.displacement
     foot = body.boundary_nodes("bottom")
@@ -120,9 +123,11 @@ def test_shallow_ironing_inside_the_published_band():
     die = Outline(
         np.array([[-0.6, 0.3], [0.6, 0.3], [0.6, 1.2], [-0.6, 1.2]]), np.array([1 / 0.75, 0, 0, 0])
     )
-    pair = RigidContact("die", top, die, NormalLaw(2e4, 1e-4), FrictionLaw(0.3, 2e3))
+    pair = RigidContact(
+        top, die, normal=NormalLaw(2e4, 1e-4), friction=FrictionLaw(0.3, 2e3), name="die"
+    )
     held = np.concatenate([unknowns(body, "bottom", 0), unknowns(body, "bottom", 1)])
-    system = LoadedSystem(body, (pair,), (), Inertia(0.0), held=held, hold=1e8)
+    system = loaded(body, contacts=(pair,), held=held)
     motion = path([0, 1, 2], [[0.8, 4.2], [0.8, 3.2], [10.8, 3.2]])
     newton = NewtonSettings(tolerance=1e-6, force_floor_n=1.0)
     commits = followed(system, motion, increments=10, end_s=1.0, newton=newton)

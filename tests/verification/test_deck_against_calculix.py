@@ -18,8 +18,7 @@ from fem2d.body.surface import Surface
 from fem2d.export.deck import displaced_tissue_deck
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
-from fem2d.solvers.inertia import Inertia
-from fem2d.solvers.model import System
+from fem2d.solvers.model import Model
 from geometry2d.anatomy.head import head_section
 from geometry2d.mesh import LEVELS, section_mesh
 from tests.support.optional import needed_program
@@ -51,7 +50,7 @@ def lips(head, plane, element):
         for lip in LIPS
         for part, fade in (("bone", 4.0), ("cut", 0.0))
     )
-    return System(body, (), ties, Inertia(0.0))
+    return Model(body, ties=ties)
 
 
 def pushed(head, body):

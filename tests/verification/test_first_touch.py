@@ -12,13 +12,12 @@ import pytest
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.contact.laws import FrictionLaw, NormalLaw
-from fem2d.solvers.inertia import Inertia
 from geometry2d.rigid import rotated
 from tests.support.contact_models import (
-    LoadedSystem,
     block,
     followed,
     linear_elastic,
+    loaded,
     still,
     unknowns,
 )
@@ -46,29 +45,31 @@ def falling(across, *, bulge=0.0, lower_mpa=1.0, angle=0.0, reach=0.2):
     fixed = np.concatenate([unknowns(body, "lower_bottom", c) for c in (0, 1)])
     driven = [unknowns(body, "upper_top", c) for c in (0, 1)]
     end = rotated(np.array([across, -GAP_MM - PRESSED_MM]), angle)
-    return LoadedSystem(
-        body, (), (), Inertia(0.0), held=np.concatenate([fixed, *driven]), hold=1e5, folds=(pair,),
+    return loaded(
+        body,
+        contacts=(pair,),
+        held=np.concatenate([fixed, *driven]),
         path=lambda t: t * np.repeat([0.0, *end], [len(fixed), len(driven[0]), len(driven[1])]),
-    )  # fmt: skip
+    )
 
 
 def touched(system, increments):
     """What the blocks do to each other in the end."""
-    return followed(system, still(), increments=increments)[-1].folds[0]
+    return followed(system, still(), increments=increments)[-1].contacts[0]
 
 
 def drag_over_press(touch, angle=0.0):
     """Friction on the lower block over the force that presses it, positive to the right."""
     force = np.zeros_like(touch.displacement)
     np.add.at(force.reshape(-1), touch.dofs, touch.force)
-    lower = touch.pair.surfaces[0]
+    lower = touch.contact.surfaces[0]
     along, down = rotated(force[np.unique(lower.edges)].sum(axis=0), -angle)
     return along / -down
 
 
 def shear_along_lower(touch):
     """Reference arc length (p,), mm, shear and pressure, MPa, of the lower block's points."""
-    pair, points = touch.pair, touch.before
+    pair, points = touch.contact, touch.before
     chosen = (touch.points.pressure > 0) & (pair.owner[points.edge] == 0)
     arc = pair.arc_length(points.edge, points.local)[chosen]
     return arc, touch.points.shear[chosen], touch.points.pressure[chosen]
@@ -112,8 +113,8 @@ def test_turning_the_fall_turns_the_result(angle):
 def test_where_nothing_touches_anew_nothing_changes():
     system = falling(0.12)
     state = followed(system, still(), increments=40)[-1].state
-    expected = state.fold_histories[0]
-    reached = system.with_first_contact(state, state.displacement, state.placement)
+    expected = state.contacts[0]
+    reached = system.model.with_first_contact(state, state.displacement, state.placement)
     for item in fields(expected):
-        found = getattr(reached.fold_histories[0], item.name)
+        found = getattr(reached.contacts[0], item.name)
         np.testing.assert_array_equal(found, getattr(expected, item.name))

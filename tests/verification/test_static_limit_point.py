@@ -9,19 +9,20 @@ import skfem
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
+from fem2d.loads.load import Load
 from fem2d.loads.pressure import FollowerPressure
 from fem2d.materials.material import compressibility
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.solvers.linear import fastest_solver
+from fem2d.solvers.model import Model
 from fem2d.solvers.static import (
-    Load,
-    Reach,
     StaticsError,
-    StaticSystem,
-    advance,
+    StaticStatus,
+    Steering,
     eigenvalue_nearest_zero,
-    equilibrium,
-    settle,
+    kept_at,
+    solve_static,
+    static_step,
 )
 
 INNER_MM, OUTER_MM = 1.0, 1.2
@@ -37,7 +38,7 @@ def closed_form(inner_stretch: float) -> float:
 
 
 @pytest.fixture(scope="module")
-def balloon() -> tuple[StaticSystem, int]:
+def balloon() -> tuple[Model, int]:
     radii, angles = np.linspace(INNER_MM, OUTER_MM, 4), np.linspace(0.0, np.pi / 2, 9)
     flat = skfem.MeshQuad.init_tensor(radii, angles).with_boundaries(
         {
@@ -56,22 +57,23 @@ def balloon() -> tuple[StaticSystem, int]:
     body = Body.of(mesh, material, plane=Plane.AXISYMMETRIC, element="Q8M")
     held = np.concatenate([2 * body.boundary_nodes("axis"), 2 * body.boundary_nodes("equator") + 1])
     inside = Surface(body.edges("inside"), body.nodes, axisymmetric=True)
-    system = StaticSystem(body, held, pressures=(FollowerPressure(inside),))
+    model = Model(body, held=held, loads=[FollowerPressure(inside)])
     nearest = np.argmin(np.linalg.norm(body.nodes - [INNER_MM, 0.0], axis=1))
-    return system, 2 * int(nearest)
+    return model, 2 * int(nearest)
 
 
 def test_the_suction_is_found_beyond_the_limit_point(balloon):
-    system, unknown = balloon
+    model, unknown = balloon
     solver = fastest_solver()
     stretches = np.arange(1.05, 2.0, 0.05)
-    state, found, softest = system.undeformed(), [], []
+    state, found, softest = kept_at(model), [], []
     for stretch in stretches:
-        reach = Reach(unknown, (stretch - 1) * INNER_MM)
-        state = settle(system, state, state.load, solver=solver, reach=reach)
-        assert state.found
+        steering = Steering(unknown, (stretch - 1) * INNER_MM)
+        state = static_step(model, state, state.load, solver=solver, further=steering)
+        assert state.converged
+        assert state.displacement.flat[unknown] == pytest.approx(steering.value_mm, abs=1e-10)
         found.append(state.load.pressure_mpa)
-        softest.append(eigenvalue_nearest_zero(system, state, solver=solver))
+        softest.append(eigenvalue_nearest_zero(state, solver=solver))
     exact = np.array([closed_form(s) for s in stretches])
     np.testing.assert_allclose(found, exact, rtol=0.01)
     top = int(np.argmax(exact))
@@ -82,14 +84,12 @@ def test_the_suction_is_found_beyond_the_limit_point(balloon):
 
 
 def test_a_load_beyond_the_limit_point_is_not_reached(balloon):
-    system, _ = balloon
+    model, _ = balloon
     stretches = np.arange(1.05, 2.0, 0.01)
     highest = max(closed_form(s) for s in stretches)
-    reached = list(
-        advance(system, system.undeformed(), Load(1.3 * highest), solver=fastest_solver())
-    )
-    assert not reached[-1].found
-    assert reached[-2].load.pressure_mpa == pytest.approx(highest, rel=0.02)
+    reached = solve_static(model, Load(pressure_mpa=1.3 * highest))
+    assert reached.status is StaticStatus.STEP_TOO_SMALL
+    assert reached.load.pressure_mpa == pytest.approx(highest, rel=0.02)
 
 
 @pytest.fixture(scope="module")
@@ -104,13 +104,13 @@ def arch() -> Body:
 
 def test_a_body_alone_snaps_and_rests_where_it_also_comes_to_from_the_other_side(arch):
     ends, crown = arch.boundary_nodes("ends"), int(np.argmax(arch.nodes[:, 1]))
-    held = np.concatenate([2 * ends, 2 * ends + 1])
+    model = Model(arch, held=np.concatenate([2 * ends, 2 * ends + 1]))
 
     def pushed(force_n, start=0.0):
         load = np.zeros_like(arch.nodes)
         load[crown, 1] = -force_n
-        rest = equilibrium(arch, held, dead_n=load.ravel(), start=start)
-        assert rest.found
+        rest = solve_static(model, Load(dead_n=load.ravel()), start=kept_at(model, start))
+        assert rest.converged
         return rest.displacement
 
     upright, snapped = pushed(0.004), pushed(0.006)
@@ -123,4 +123,4 @@ def test_a_body_alone_snaps_and_rests_where_it_also_comes_to_from_the_other_side
 
 def test_a_start_that_is_turned_inside_out_is_refused(arch):
     with pytest.raises(StaticsError, match="inside out"):
-        equilibrium(arch, [0, 1], start=-2.0 * arch.nodes * [1.0, 0.0])
+        kept_at(Model(arch, held=np.array([0, 1])), -2.0 * arch.nodes * [1.0, 0.0])

@@ -15,9 +15,9 @@ from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import MarchStatus, StepSettings, march
 from fem2d.solvers.newton import NewtonSettings
 from tests.support.contact_models import (
-    LoadedSystem,
     block,
     linear_elastic,
+    loaded,
     side_pressure,
     still,
     unknowns,
@@ -32,17 +32,15 @@ def clamped(inertia):
     body = block(np.linspace(0, 2, 4), np.linspace(0, 1, 3), linear_elastic(1.0, 0.3))
     held = np.concatenate([unknowns(body, "bottom", c) for c in (0, 1)])
     force = side_pressure(body, "top", (1e-5, 0.0))
-    return LoadedSystem(
-        body, (), (), inertia, held=held, hold=1e6, load=lambda t: t**3 * force
-    )  # fmt: skip
+    return loaded(body, inertia=inertia, held=held, load=lambda t: t**3 * force)
 
 
-def matrices(system):
-    """Mass, viscosity and stiffness (2n, 2n) of a system at rest."""
-    still_there = np.zeros_like(system.body.nodes)
-    stiffness = system.body.pattern.matrix(system.body.response(still_there).stiffness).toarray()
-    stiffness[system.held, system.held] += system.hold
-    return system.mass.toarray(), system.viscosity.toarray(), stiffness
+def matrices(model):
+    """Mass, viscosity and stiffness of a model at rest, without its held unknowns."""
+    still_there = np.zeros_like(model.body.nodes)
+    stiffness = model.body.pattern.matrix(model.body.response(still_there).stiffness)
+    free = np.ix_(model.free, model.free)
+    return [matrix.toarray()[free] for matrix in (model.mass, model.viscosity, stiffness)]
 
 
 def driven(slope, drive):
@@ -53,42 +51,36 @@ def driven(slope, drive):
     ).y[:, -1]  # fmt: skip
 
 
-def exact(system):
-    """The displacement (2n,) at the end: the linear equations solved exactly."""
-    mass, viscosity, stiffness = matrices(system)
-    count = len(stiffness)
+def exact(problem):
+    """The displacement of the free unknowns at the end: the linear equations solved exactly."""
+    mass, viscosity, stiffness = matrices(problem.model)
+    force = problem.load(1.0)[problem.model.free]
     if not mass.any():
-        # Held unknowns have springs without dampers; without mass they are told by the others.
-        free = np.setdiff1d(np.arange(count), system.held)
-        damper, spring = (m[np.ix_(free, free)] for m in (viscosity, stiffness))
-        slope = -np.linalg.solve(damper, spring)
-        drive = np.linalg.solve(damper, system.load(1.0)[free])
-        result = np.zeros(count)
-        result[free] = driven(slope, drive)
-        return result
+        slope = -np.linalg.solve(viscosity, stiffness)
+        return driven(slope, np.linalg.solve(viscosity, force))
     inverse = np.linalg.inv(mass)
     slope = np.block(
-        [[np.zeros_like(mass), np.eye(count)], [-inverse @ stiffness, -inverse @ viscosity]]
+        [[np.zeros_like(mass), np.eye(len(mass))], [-inverse @ stiffness, -inverse @ viscosity]]
     )
-    drive = np.concatenate([np.zeros(count), inverse @ system.load(1.0)])
-    return driven(slope, drive)[:count]
+    drive = np.concatenate([np.zeros(len(mass)), inverse @ force])
+    return driven(slope, drive)[: len(mass)]
 
 
-def integrated(system, step_s, uneven):
-    """The displacement (2n,) at the end; uneven steps are short and long by turns, 1 to 2."""
-    motion, solver = still(END_S), fastest_solver()
-    state = system.state_at_rest(0.0, motion.at(0.0), next_step_s=step_s)
+def integrated(problem, step_s, uneven):
+    """The displacement of the free unknowns; uneven steps are short and long by turns, 1 to 2."""
+    model, loading, solver = problem.model, problem.loading(still(END_S)), fastest_solver()
+    state = model.at_rest(loading(0.0), next_step_s=step_s)
     lengths = step_s * (np.array([2, 4]) / 3 if uneven else np.ones(2))
     ends = np.cumsum(np.tile(lengths, round(END_S / step_s) // 2))
     for end in ends:
         length = end - state.time_s
         result = march(
-            system, motion, replace(state, next_step_s=length), solver=solver, end_s=end,
+            model, loading, replace(state, next_step_s=length), solver=solver, end_s=end,
             newton=EXACTLY, steps=StepSettings(longest_s=length, accuracy_mm=np.inf),
         )  # fmt: skip
         assert result.status is MarchStatus.FINISHED and result.increments == 1
         state = result.state
-    return state.displacement.ravel()
+    return state.displacement.ravel()[model.free]
 
 
 @pytest.mark.parametrize(
@@ -104,14 +96,15 @@ def integrated(system, step_s, uneven):
     ids=["viscosity", "viscosity, uneven", "mass", "both", "both, uneven"],
 )
 def test_errors_fall_with_the_square_of_the_step(density, relaxation, uneven, order):
-    system = clamped(Inertia(density, 0.0, relaxation))
-    expected = exact(system)
-    at_rest = np.linalg.solve(matrices(system)[2], system.load(END_S))
+    problem = clamped(Inertia(density, 0.0, relaxation))
+    expected = exact(problem)
+    force = problem.load(END_S)[problem.model.free]
+    at_rest = np.linalg.solve(matrices(problem.model)[2], force)
     size = np.abs(expected).max()
     assert np.abs(expected - at_rest).max() > 0.05 * size  # what resists motion shows
     errors = np.array(
         [
-            np.abs(integrated(system, step, uneven) - expected).max() / size
+            np.abs(integrated(problem, step, uneven) - expected).max() / size
             for step in (1 / 40, 1 / 80, 1 / 160)
         ]
     )

@@ -13,17 +13,16 @@ from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
 from fem2d.loads.tie import ElasticTie
-from fem2d.solvers.inertia import Inertia
-from fem2d.solvers.model import System
+from fem2d.solvers.model import Model
 from fem2d.solvers.newton import NewtonSettings
 from geometry2d.outline import Outline
 from tests.support.contact_models import (
-    LoadedSystem,
     block,
     followed,
     force_on_tissue,
     graded,
     linear_elastic,
+    loaded,
     path,
     side_pressure,
     still,
@@ -47,20 +46,20 @@ def test_patch_of_two_blocks_with_meshes_that_do_not_match(element):
     force = side_pressure(body, "upper_top", (0.0, -10.0))
     held = [unknowns(body, "lower_bottom", 1)]
     held += [unknowns(body, f"{piece}_left", 0) for piece in ("lower", "upper")]
-    system = LoadedSystem(
-        body, (), (), Inertia(0.0), load=lambda t: min(1.0, t) * force,
-        held=np.unique(np.concatenate(held)), hold=1e9, folds=(pair,),
-    )  # fmt: skip
+    system = loaded(
+        body,
+        contacts=(pair,),
+        load=lambda t: min(1.0, t) * force,
+        held=np.unique(np.concatenate(held)),
+    )
     # The upper block would float until it touches: it starts 1e-4 mm inside the lower one.
     down = np.zeros_like(body.nodes)
     down[np.unique(body.tables.connectivity[body.elements_of("upper")]), 1] = -1e-4
-    start = system.state_at_rest(0.0, still().at(0.0), next_step_s=0.5)
-    start = replace(
-        start, displacement=down, fold_histories=(pair.initial_history(down, start.placement),)
-    )
+    start = system.model.at_rest(next_step_s=0.5)
+    start = replace(start, displacement=down, contacts=(pair.initial_state(down, start.placement),))
     newton = NewtonSettings(tolerance=1e-11, force_floor_n=1.0, iterations=40)
     last = followed(system, still(2.0), increments=4, newton=newton, start=start)[-1]
-    touch = last.folds[0]
+    touch = last.contacts[0]
     assert len(touch.touching) == len(touch.points.pressure)
     np.testing.assert_allclose(touch.points.pressure, 10.0, rtol=1e-6)
     stress = body.fields(last.state.displacement).cauchy[..., 1, 1]
@@ -86,16 +85,18 @@ def test_hertz_of_two_elastic_bodies():
     fixed += [unknowns(body, f"{piece}_left", 0) for piece in ("lower", "upper")]
     fixed = np.setdiff1d(np.unique(np.concatenate(fixed)), top)
     held = np.concatenate([fixed, top])
-    system = LoadedSystem(
-        body, (), (), Inertia(0.0), held=held, folds=(pair,), hold=1e6,
+    system = loaded(
+        body,
+        contacts=(pair,),
+        held=held,
         path=lambda t: np.concatenate([np.zeros(len(fixed)), np.full(len(top), -0.03 * t)]),
-    )  # fmt: skip
+    )
     # The system starts with a gap in one point only: the first increment finds the contact.
     last = followed(system, still(), increments=3)[-1]
-    force = -2 * np.sum(system.reaction(last.state.displacement, 1.0)[len(fixed) :])
+    force = -2 * np.sum(last.reaction[top])
     half_width = np.sqrt(4 * force * radius * 2 * (1 - poisson**2) / (np.pi * young))
     peak = 2 * force / (np.pi * half_width)
-    touch = last.folds[0]
+    touch = last.contacts[0]
     points = touch.points
     shape, _ = edge_shapes(2, touch.before.local)
     deformed = body.nodes + last.state.displacement
@@ -115,25 +116,24 @@ def test_block_dragged_over_a_block(friction):
     pair = between(body, NormalLaw(50.0, 1e-5), FrictionLaw(friction, 20.0))
     down, along = unknowns(body, "upper_top", 1), unknowns(body, "upper_top", 0)
     fixed = np.concatenate([unknowns(body, "lower_bottom", c) for c in (0, 1)])
-    system = LoadedSystem(
-        body, (), (), Inertia(0.0), held=np.concatenate([fixed, down, along]), folds=(pair,),
-        hold=1e5,
-        path=lambda t: np.concatenate([
-            np.zeros(len(fixed)), np.full(len(down), -0.004 * min(t, 1.0)),
-            np.full(len(along), 0.08 * max(0.0, t - 1.0)),
-        ]),
-    )  # fmt: skip
+
+    def driven(t):
+        steps = -0.004 * min(t, 1.0), 0.08 * max(0.0, t - 1.0)
+        return np.repeat([0.0, *steps], [len(fixed), len(down), len(along)])
+
+    held = np.concatenate([fixed, down, along])
+    system = loaded(body, contacts=(pair,), held=held, path=driven)
     commits = followed(system, still(3.0), increments=48)
-    reaction = system.reaction(commits[-1].state.displacement, 3.0)[len(fixed) :]
-    normal, drag = -reaction[: len(down)].sum(), reaction[len(down) :].sum()
+    reaction = commits[-1].reaction
+    normal, drag = -reaction[down].sum(), reaction[along].sum()
     assert normal > 0.005
     # Where the upper block's corners dig in the two surfaces are not parallel to the drag.
     assert drag / normal == pytest.approx(friction, abs=0.02)
     for commit in commits:
-        points = commit.folds[0].points
+        points = commit.contacts[0].points
         assert np.all(np.abs(points.shear) <= friction * points.pressure * (1 + 1e-9))
-        force = np.zeros(system.body.nodes.size)
-        np.add.at(force, commit.folds[0].dofs, commit.folds[0].force)
+        force = np.zeros(body.nodes.size)
+        np.add.at(force, commit.contacts[0].dofs, commit.contacts[0].force)
         np.testing.assert_allclose(force.reshape(-1, 2).sum(axis=0), 0, atol=1e-15)
 
 
@@ -161,17 +161,24 @@ def test_a_groove_closes_and_does_not_pass_through_itself(friction):
     surface = Surface(body.edges("surface"), body.nodes, points_per_edge=3)
     law = NormalLaw(50.0, 1e-4)
     fold = SelfContact(
-        "groove", (surface,), law, FrictionLaw(friction, 5.0), reach_mm=0.25, itself=True
+        (surface,),
+        normal=law,
+        friction=FrictionLaw(friction, 5.0),
+        reach_mm=0.25,
+        same_surface=True,
+        name="groove",
     )
     sides = [unknowns(body, "left", 0), unknowns(body, "right", 0)]
     rest = np.unique(np.concatenate([unknowns(body, s, 1) for s in ("left", "right", "bottom")]))
     reach = [np.full(len(sides[0]), 0.45), np.full(len(sides[1]), -0.45)]
-    system = LoadedSystem(
-        body, (), (), Inertia(0.0), held=np.concatenate([*sides, rest]), folds=(fold,), hold=1e4,
+    system = loaded(
+        body,
+        contacts=(fold,),
+        held=np.concatenate([*sides, rest]),
         path=lambda t: t * np.concatenate([*reach, np.zeros(len(rest))]),
-    )  # fmt: skip
+    )
     last = followed(system, still(), increments=20)[-1]
-    points = last.folds[0].points
+    points = last.contacts[0].points
     touching = points.pressure > 0
     assert touching.sum() > 20
     assert -points.gap.min() < 0.01
@@ -184,7 +191,7 @@ def test_a_groove_closes_and_does_not_pass_through_itself(friction):
     overlap = deformed[bank[left], 0].max() - deformed[bank[~left], 0].min()
     assert 0 < overlap < 0.01
     force = np.zeros(body.nodes.size)
-    np.add.at(force, last.folds[0].dofs, last.folds[0].force)
+    np.add.at(force, last.contacts[0].dofs, last.contacts[0].force)
     np.testing.assert_allclose(force.reshape(-1, 2).sum(axis=0), 0, atol=1e-14)
 
 
@@ -205,17 +212,18 @@ def test_shallow_ironing_with_an_elastic_die():
         Surface(body.edges("lower_top"), body.nodes, points_per_edge=2),
         Surface(around, body.nodes, points_per_edge=2),
     )
-    pair = SelfContact("die", sides, NormalLaw(2e4, 1e-4), FrictionLaw(0.3, 2e3), reach_mm=0.3)
+    pair = SelfContact(
+        sides, normal=NormalLaw(2e4, 1e-4), friction=FrictionLaw(0.3, 2e3), reach_mm=0.3, name="die"
+    )
     fixed = np.concatenate([unknowns(body, "lower_bottom", c) for c in (0, 1)])
     along, down = unknowns(body, "upper_top", 0), unknowns(body, "upper_top", 1)
-    system = LoadedSystem(
-        body, (), (), Inertia(0.0), held=np.concatenate([fixed, along, down]), folds=(pair,),
-        hold=1e8,
-        path=lambda t: np.concatenate([
-            np.zeros(len(fixed)), np.full(len(along), 10 * max(0.0, t - 1)),
-            np.full(len(down), -min(t, 1.0)),
-        ]),
-    )  # fmt: skip
+
+    def driven(t):
+        steps = 10 * max(0.0, t - 1), -min(t, 1.0)
+        return np.repeat([0.0, *steps], [len(fixed), len(along), len(down)])
+
+    held = np.concatenate([fixed, along, down])
+    system = loaded(body, contacts=(pair,), held=held, path=driven)
     newton = NewtonSettings(tolerance=1e-6, force_floor_n=1.0)
     commits = followed(system, still(2.0), increments=20, end_s=1.0, step_s=0.05, newton=newton)
     state = replace(commits[-1].state, next_step_s=0.0125)
@@ -225,8 +233,7 @@ def test_shallow_ironing_with_an_elastic_die():
     found = {}
     for time in (0.5, 1.0, 1.25, 1.5):
         commit = min(commits, key=lambda c: abs(c.state.time_s - time))
-        reaction = system.reaction(commit.state.displacement, commit.state.time_s)[len(fixed) :]
-        found[time] = (-reaction[len(along) :].sum(), reaction[: len(along)].sum())
+        found[time] = (-commit.reaction[down].sum(), commit.reaction[along].sum())
     for time, (low, high) in {
         0.5: (81, 96),
         1.0: (268, 332),
@@ -253,17 +260,17 @@ def test_an_elastic_neck_as_stiff_as_plastic_acts_like_a_rigid_one():
 
     top = Surface(skin.edges("top"), skin.nodes, points_per_edge=3)
     circle = Outline.circle([0, radius + 0.01], radius)
-    pair = RigidContact("rigid", top, circle, normal, friction)
-    rigid = System(skin, (pair,), (held(skin, "bottom"),), Inertia(0.0))
+    pair = RigidContact(top, circle, normal=normal, friction=friction, name="rigid")
+    rigid = Model(skin, contacts=(pair,), ties=(held(skin, "bottom"),))
     expected = force_on_tissue(followed(rigid, motion, increments=20)[-1])
 
     body = joined(skin, wall, {"lower": skin_law, "upper": neck_law}, "Q4")
     ties = (held(body, "lower_bottom"), held(body, "upper_top", motion.at(0.0)))
-    elastic = System(
-        body, (), ties, Inertia(0.0), (between(body, normal, friction, points=3, reach=0.3),)
+    elastic = Model(
+        body, contacts=(between(body, normal, friction, points=3, reach=0.3),), ties=ties
     )
     last = followed(elastic, motion, increments=20)[-1]
-    touch = last.folds[0]
+    touch = last.contacts[0]
     force = np.zeros(body.nodes.size)
     np.add.at(force, touch.dofs, touch.force)
     below = np.unique(body.tables.connectivity[body.elements_of("lower")])

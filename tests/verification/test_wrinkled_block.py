@@ -11,6 +11,8 @@ import skfem
 from fem2d.analyses.wrinkling import Layer, wrinkling
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
+from fem2d.contact.self_contact import self_responses
+from fem2d.loads.load import Load
 from fem2d.materials.library import configuration
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import Commit, MarchResult, MarchStatus, StepSettings, march
@@ -70,8 +72,7 @@ def path() -> Path:
     def watch(commit: Commit) -> None:
         displacement = commit.state.displacement
         if commit.instability is not None and not seen:
-            of_body = body.response(displacement)
-            tangent = system.static_tangent(of_body, commit.contacts, commit.folds)
+            tangent = system.static_tangent(commit.state, commit.contacts)
             mode = softest_mode((0.5 * (tangent + tangent.T)).tocsr()).reshape(-1, 2)
             spectrum = np.abs(np.fft.rfft(np.concatenate([mode[top, 1], mode[top[::-1], 1]])))
             # Mirrored once, half waves of the block are whole waves of the spectrum.
@@ -82,13 +83,14 @@ def path() -> Path:
                     int(np.argmax(spectrum[1:])) + 1,
                 )
             )
-        gaps.extend(float(fold.points.gap.min()) for fold in commit.folds if fold.points.gap.size)
+        folds = [touch.points.gap for touch in self_responses(commit.contacts)]
+        gaps.extend(float(gap.min()) for gap in folds if gap.size)
         ratios.append(float(np.linalg.det(body.fields(displacement).deformation_gradient).min()))
 
     result = march(
         system,
         motion,
-        system.state_at_rest(0.0, motion.at(0.0), next_step_s=0.1),
+        system.at_rest(Load.at(motion.at(0.0), 0.0), next_step_s=0.1),
         solver=fastest_solver(),
         steps=StepSettings(longest_s=1.0, travel_mm=0.2, accuracy_mm=np.inf, watch_stability=True),
         on_commit=watch,

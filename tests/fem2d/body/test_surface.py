@@ -87,11 +87,13 @@ def test_the_deepest_penetration_between_nodes_is_a_circles_sagitta(away_mm):
     radius = 1.3
     surface = Surface(TWO_QUADRATIC[:1], STRAIGHT, at_nodes=True)
     circle = Outline.circle([0.5, np.sqrt(radius**2 - 0.5**2) + away_mm], radius)
-    pair = RigidContact("circle", surface, circle, NormalLaw(), FrictionLaw(0.0))
+    pair = RigidContact(
+        surface, circle, normal=NormalLaw(), friction=FrictionLaw(0.0), name="circle"
+    )
     at_rest, still = RigidPlacement(0.0, (0.0, 0.0)), np.zeros_like(STRAIGHT)
-    response = pair.response(still, at_rest, pair.initial_history(still, at_rest))
+    response = pair.evaluate(still, at_rest, pair.initial_state(still, at_rest))
     # The circle passes through the nodes at 0 and 1 mm and is deepest between them.
     sagitta = radius - np.sqrt(radius**2 - 0.5**2)
     wanted = max(0.0, sagitta - away_mm)
     assert response.points.gap.min() > -1e-12
-    assert pair.deepest(still, at_rest, response) == pytest.approx(wanted, abs=0.006)
+    assert pair.deepest(response) == pytest.approx(wanted, abs=0.006)

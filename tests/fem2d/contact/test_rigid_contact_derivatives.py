@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw, pressure_of_gap, traction_of_slip
-from fem2d.contact.rigid import ContactHistory, RigidContact
+from fem2d.contact.rigid import RigidContact, RigidContactState
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidPlacement
 
@@ -37,25 +37,25 @@ def pair(coefficient: float, edge_nodes: int = 3, points: dict = GAUSS) -> Rigid
     else:
         edges = np.column_stack([np.arange(count - 1), np.arange(1, count)])
     return RigidContact(
-        "tissue on threads",
         Surface(edges, nodes, thickness_mm=1.3, **points),
         THREADED,
-        NormalLaw(stiffness_mpa_per_mm=20.0, ramp_mm=0.05, gap_offset_mm=0.01),
-        FrictionLaw(coefficient=coefficient, stiffness_mpa_per_mm=3.0),
+        normal=NormalLaw(stiffness_mpa_per_mm=20.0, ramp_mm=0.05, gap_offset_mm=0.01),
+        friction=FrictionLaw(coefficient=coefficient, stiffness_mpa_per_mm=3.0),
+        name="tissue on threads",
     )
 
 
-def pressed(contact: RigidContact, seed: int) -> tuple[np.ndarray, ContactHistory]:
+def pressed(contact: RigidContact, seed: int) -> tuple[np.ndarray, RigidContactState]:
     """A displacement that presses and slides, and a committed history that already sticks."""
     rng = np.random.default_rng(seed)
     nodes = contact.surface.nodes
-    start = contact.initial_history(np.zeros_like(nodes), PLACEMENT)
-    history = ContactHistory(start.body_position, rng.uniform(-0.3, 0.3, start.traction.shape))
+    start = contact.initial_state(np.zeros_like(nodes), PLACEMENT)
+    history = RigidContactState(start.body_position, rng.uniform(-0.3, 0.3, start.traction.shape))
     return rng.uniform(-0.08, 0.08, nodes.shape), history
 
 
 def total_force(contact, displacement, history, placement=PLACEMENT):
-    response = contact.response(displacement, placement, history)
+    response = contact.evaluate(displacement, placement, history)
     force = np.zeros(displacement.size)
     np.add.at(force, response.dofs, response.force)
     return force, response
@@ -75,7 +75,7 @@ def test_stiffness_is_the_derivative_of_the_force(coefficient, state, edge_nodes
     if state == "stick":
         assert (~response.points.slipping[touching]).mean() > 0.5
     stiffness = np.zeros((displacement.size, displacement.size))
-    for dofs, block in zip(response.dofs, contact.stiffness(response), strict=True):
+    for dofs, block in zip(response.dofs, contact.tangent(response), strict=True):
         stiffness[np.ix_(dofs, dofs)] += block
     assert np.abs(stiffness).max() > 1.0
     step = 1e-7
@@ -104,24 +104,24 @@ def test_force_is_minus_the_derivative_of_the_penalty_energy(points):
         shift = np.zeros(force.size)
         shift[dof] = step
         shift = shift.reshape(displacement.shape)
-        plus = contact.response(displacement + shift, PLACEMENT, history).energy
-        minus = contact.response(displacement - shift, PLACEMENT, history).energy
+        plus = contact.evaluate(displacement + shift, PLACEMENT, history).energy
+        minus = contact.evaluate(displacement - shift, PLACEMENT, history).energy
         numeric[dof] = -(plus - minus) / (2 * step)
     np.testing.assert_allclose(force, numeric, atol=1e-7 * np.abs(force).max() + 1e-9)
 
 
-def test_motion_of_the_rigid_body_is_foreseen_to_first_order():
+def test_motion_of_the_rigid_body_is_predicted_to_first_order():
     contact = pair(10.0)
     displacement, history = pressed(contact, 8)
     _, response = total_force(contact, displacement, history)
-    here = contact.response(displacement, PLACEMENT, response.history)
+    here = contact.evaluate(displacement, PLACEMENT, response.state)
     small = 1e-5
     moved = RigidPlacement(PLACEMENT.angle_rad + 0.3 * small, (1.5 + small, -2.2 - 2 * small))
-    after = contact.response(displacement, moved, response.history)
+    after = contact.evaluate(displacement, moved, response.state)
     # A point that slipped and is now dragged back sticks: that is no small change. Leave it out.
     same = np.isin(here.edges, np.flatnonzero(~np.any(here.points.slipping, axis=1)))
     assert same.sum() > 5
-    predicted = contact.force_of_moving_body(displacement, PLACEMENT, moved, here)[same]
+    predicted = contact.force_of_motion(here, moved)[same]
     change = after.force[np.isin(after.edges, here.edges[same])] - here.force[same]
     assert np.abs(predicted).max() > 1e-6
     np.testing.assert_allclose(change, predicted, atol=2e-3 * np.abs(predicted).max())
@@ -156,11 +156,11 @@ def test_rotating_everything_rotates_the_forces(angle, x, y):
     force, _ = total_force(contact, displacement, history)
     world = RigidPlacement(angle, (x, y))
     turned = RigidContact(
-        contact.name,
         Surface(contact.surface.edges, world.apply(contact.surface.nodes), thickness_mm=1.3),
         contact.outline,
-        contact.normal,
-        contact.friction,
+        normal=contact.normal,
+        friction=contact.friction,
+        name=contact.name,
     )
     placement = RigidPlacement(PLACEMENT.angle_rad + angle, tuple(world.apply(PLACEMENT.shift_mm)))
     rotation = RigidPlacement(angle, (0.0, 0.0))
@@ -192,7 +192,7 @@ def test_friction_follows_stiffness_until_the_bound(before, slip, pressure, mu):
         assert by_slip == -2.0
 
 
-def test_a_point_between_nodes_bears_nothing_up_to_the_allowance_and_then_the_law():
+def test_a_point_between_nodes_bears_nothing_up_to_the_gap_offset_and_then_the_law():
     contact = pair(0.7, points=WATCHED)
     displacement, history = pressed(contact, 13)
     _, response = total_force(contact, displacement, history)
@@ -210,8 +210,8 @@ def test_every_point_starts_to_stick_where_it_begins_to_bear():
     nodes = contact.surface.nodes
     above = np.zeros_like(nodes) + PLACEMENT.apply([[0, 0.03]]) - PLACEMENT.apply([[0, 0]])
     below = PLACEMENT.apply([[0.01, -0.05]]) - PLACEMENT.apply([[0, 0]]) + np.zeros_like(nodes)
-    start = contact.initial_history(above, PLACEMENT)
-    met = contact.with_first_contact(start, below, PLACEMENT)
+    start = contact.initial_state(above, PLACEMENT)
+    met = contact.with_first_contact(start, above, below, PLACEMENT)
     changed = np.any(met.body_position != start.body_position, axis=-1)
     assert changed[:, contact.surface.is_between].sum() > 20
     where = THREADED.project(met.body_position.reshape(-1, 2)).distance.reshape(changed.shape)

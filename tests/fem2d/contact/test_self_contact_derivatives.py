@@ -44,7 +44,11 @@ def two_surfaces(coefficient, nodes_per_edge, corner=False):
         Surface(chain(above, nodes_per_edge, len(below)), nodes, 1.3, 3),
     )
     return SelfContact(
-        "two", surfaces, NormalLaw(20.0, 0.02), FrictionLaw(coefficient, 3.0), reach_mm=0.6
+        surfaces,
+        normal=NormalLaw(20.0, 0.02),
+        friction=FrictionLaw(coefficient, 3.0),
+        reach_mm=0.6,
+        name="two",
     )
 
 
@@ -55,13 +59,13 @@ def pressed(contact, seed, size=0.05):
     """
     rng = np.random.default_rng(seed)
     nodes = contact.surfaces[0].nodes
-    history = contact.initial_history(lifted(contact, (0.0, 0.06)), NOWHERE)
+    history = contact.initial_state(lifted(contact, (0.0, 0.06)), NOWHERE)
     history = replace(history, traction=rng.uniform(-0.2, 0.2, history.traction.shape))
     return rng.uniform(-size, size, nodes.shape), history
 
 
 def total(contact, displacement, history):
-    response = contact.response(displacement, NOWHERE, history)
+    response = contact.evaluate(displacement, NOWHERE, history)
     force = np.zeros(displacement.size)
     np.add.at(force, response.dofs, response.force)
     return force, response
@@ -88,7 +92,7 @@ def test_stiffness_is_the_derivative_of_the_force(coefficient, state, nodes_per_
 def assert_stiffness_is_derivative(contact, displacement, history):
     _, response = total(contact, displacement, history)
     stiffness = np.zeros((displacement.size, displacement.size))
-    for dofs, block in zip(response.dofs, contact.stiffness(response), strict=True):
+    for dofs, block in zip(response.dofs, contact.tangent(response), strict=True):
         np.add.at(stiffness, np.ix_(dofs, dofs), block)
     assert np.abs(stiffness).max() > 0.5
     step = 1e-7
@@ -118,9 +122,9 @@ def test_slip_is_counted_from_where_a_falling_point_touches(nodes_per_edge, heig
     contact = two_surfaces(0.5, nodes_per_edge)
     start = lifted(contact, (-0.3, height))
     end = pressed(contact, 3)[0] + lifted(contact, (0.1, -0.02))
-    history = contact.initial_history(start, NOWHERE)
-    reached = contact.with_first_contact(history, start, end)
-    closed = contact.response(end, NOWHERE, history).points.gap < 0
+    history = contact.initial_state(start, NOWHERE)
+    reached = contact.with_first_contact(history, start, end, NOWHERE)
+    closed = contact.evaluate(end, NOWHERE, history).points.gap < 0
     assert 10 < closed.sum() < len(closed) - 10
     for name in ("anchor", "anchor_local"):
         kept = getattr(history, name)[~closed]
@@ -131,7 +135,7 @@ def test_slip_is_counted_from_where_a_falling_point_touches(nodes_per_edge, heig
         outside, inside = 0.0, 1.0
         for _ in range(30):
             share = 0.5 * (outside + inside)
-            there = contact.response(start + share * (end - start), NOWHERE, history).points
+            there = contact.evaluate(start + share * (end - start), NOWHERE, history).points
             outside, inside = (share, inside) if there.gap[i] > 0 else (outside, share)
         touch = contact.arc_length(there.met_edge[[i]], there.met_local[[i]])
         found = contact.arc_length(reached.anchor[[i]], reached.anchor_local[[i]])
@@ -145,13 +149,13 @@ def test_slip_is_counted_from_where_a_falling_point_touches(nodes_per_edge, heig
 def test_what_touches_already_or_stays_apart_keeps_its_history():
     contact = two_surfaces(0.5, 3)
     far, near = lifted(contact, (0.0, 0.4)), lifted(contact, (0.2, 0.3))
-    history = contact.initial_history(far, NOWHERE)
-    assert contact.with_first_contact(history, far, near) is history
+    history = contact.initial_state(far, NOWHERE)
+    assert contact.with_first_contact(history, far, near, NOWHERE) is history
     closed, _ = pressed(contact, 3, 0.0)
-    history = contact.initial_history(closed, NOWHERE)
-    touching = contact.response(closed, NOWHERE, history).points.gap <= 0
+    history = contact.initial_state(closed, NOWHERE)
+    touching = contact.evaluate(closed, NOWHERE, history).points.gap <= 0
     slid = closed + lifted(contact, (0.05, 0.0))
-    reached = contact.with_first_contact(history, closed, slid)
+    reached = contact.with_first_contact(history, closed, slid, NOWHERE)
     assert touching.sum() > 10
     np.testing.assert_array_equal(reached.anchor[touching], history.anchor[touching])
     np.testing.assert_array_equal(reached.anchor_local[touching], history.anchor_local[touching])
@@ -196,10 +200,10 @@ def test_a_rigid_turn_after_sticking_brings_no_slip():
     nodes = contact.surfaces[0].nodes
     displacement, history = pressed(contact, 7)
     _, response = total(contact, displacement, history)
-    history = response.history
+    history = response.state
     turned = rotated(nodes + displacement, 0.7) - nodes
-    here = contact.response(displacement, NOWHERE, history).points
-    there = contact.response(turned, NOWHERE, history).points
+    here = contact.evaluate(displacement, NOWHERE, history).points
+    there = contact.evaluate(turned, NOWHERE, history).points
     assert (here.pressure > 0).sum() > 5
     np.testing.assert_allclose(there.shear, here.shear, atol=1e-12)
     np.testing.assert_allclose(there.pressure, here.pressure, atol=1e-11)
@@ -209,12 +213,12 @@ def test_committing_keeps_what_friction_remembers():
     contact = two_surfaces(0.5, 3)
     displacement, history = pressed(contact, 9)
     _, response = total(contact, displacement, history)
-    again = contact.response(displacement, NOWHERE, response.history)
-    once_more = contact.response(displacement, NOWHERE, again.history)
+    again = contact.evaluate(displacement, NOWHERE, response.state)
+    once_more = contact.evaluate(displacement, NOWHERE, again.state)
     # The segments have settled at this displacement: from now on nothing changes any more.
     np.testing.assert_allclose(once_more.points.shear, again.points.shear, atol=1e-13)
     np.testing.assert_allclose(once_more.force.sum(axis=0), again.force.sum(axis=0), atol=1e-13)
-    first = contact.response(displacement, NOWHERE, history).points
+    first = contact.evaluate(displacement, NOWHERE, history).points
     assert np.all(np.abs(again.points.shear).max() <= np.abs(first.shear).max() * 1.2)
 
 
@@ -226,16 +230,21 @@ def test_a_fold_meets_itself_but_not_its_neighbours():
     edges = np.column_stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))])
     surface = Surface(edges, nodes, points_per_edge=2)
     fold = SelfContact(
-        "fold", (surface,), NormalLaw(10.0, 1e-3), FrictionLaw(0.0), reach_mm=0.2, itself=True
+        (surface,),
+        normal=NormalLaw(10.0, 1e-3),
+        friction=FrictionLaw(0.0),
+        reach_mm=0.2,
+        same_surface=True,
+        name="fold",
     )
     narrowed = np.zeros_like(nodes)
     narrowed[:, 0] = -1.2 * nodes[:, 0]
-    history = fold.initial_history(np.zeros_like(nodes), NOWHERE)
-    apart = fold.response(np.zeros_like(nodes), NOWHERE, history)
+    history = fold.initial_state(np.zeros_like(nodes), NOWHERE)
+    apart = fold.evaluate(np.zeros_like(nodes), NOWHERE, history)
     assert apart.touching.size == 0
     assert np.count_nonzero(apart.points.met_edge != NONE) > 30
     assert np.median(apart.points.gap[apart.points.met_edge != NONE]) == pytest.approx(0.04)
-    overlapping = fold.response(narrowed, NOWHERE, history)
+    overlapping = fold.evaluate(narrowed, NOWHERE, history)
     assert overlapping.touching.size > 30
     pushed = np.zeros(nodes.size)
     np.add.at(pushed, overlapping.dofs, overlapping.force)
@@ -251,11 +260,16 @@ def test_a_thin_tongue_does_not_touch_itself_through_its_own_tissue():
     nodes = np.concatenate([out, [[2.1, 0.0]], out[::-1] * [1, -1]])
     edges = np.column_stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))])
     tongue = SelfContact(
-        "tongue", (Surface(edges, nodes),), NormalLaw(), FrictionLaw(0.3), 0.5, itself=True
+        (Surface(edges, nodes),),
+        normal=NormalLaw(),
+        friction=FrictionLaw(0.3),
+        reach_mm=0.5,
+        same_surface=True,
+        name="tongue",
     )
     x, y = nodes.T
     still = np.zeros_like(nodes)
-    history = tongue.initial_history(still, NOWHERE)
+    history = tongue.initial_state(still, NOWHERE)
     ways = (
         still,
         np.column_stack([0 * x, -0.5 * y]),
@@ -263,26 +277,26 @@ def test_a_thin_tongue_does_not_touch_itself_through_its_own_tissue():
         np.column_stack([-0.2 * x * y, 0.1 * x**2]),
     )
     for displacement in ways:
-        response = tongue.response(displacement, NOWHERE, history)
+        response = tongue.evaluate(displacement, NOWHERE, history)
         assert np.all(response.points.gap > 0)
         assert response.touching.size == 0
-        assert np.all(response.history.anchor == NONE)
+        assert np.all(response.state.anchor == NONE)
 
 
 def test_what_was_in_front_touches_however_near_it_lies_along_the_surface():
     # The banks of a groove as wide as one short edge close and cross.
     nodes = np.array([[1.0, -0.1], [0.0, -0.1], [0.0, 0.1], [1.0, 0.1]])
     groove = SelfContact(
-        "groove",
         (Surface(np.array([[0, 1], [1, 2], [2, 3]]), nodes),),
-        NormalLaw(10.0, 1e-3),
-        FrictionLaw(0.0),
+        normal=NormalLaw(10.0, 1e-3),
+        friction=FrictionLaw(0.0),
         reach_mm=0.5,
-        itself=True,
+        same_surface=True,
+        name="groove",
     )
-    history = groove.initial_history(np.zeros_like(nodes), NOWHERE)
+    history = groove.initial_state(np.zeros_like(nodes), NOWHERE)
     narrowed, crossed = nodes * [0.0, -0.9], nodes * [0.0, -1.2]
-    assert groove.response(narrowed, NOWHERE, history).touching.size == 0
+    assert groove.evaluate(narrowed, NOWHERE, history).touching.size == 0
     force, response = total(groove, crossed, history)
     on_banks = history.edge != 1
     assert 0 < on_banks.sum() == response.touching.size
@@ -297,7 +311,12 @@ def crease(shape):
     nodes = np.column_stack([x, shape(x) * [-1, -1, 0, 1, 1]])
     surface = Surface(np.array([[0, 2, 1], [2, 4, 3]]), nodes)
     return SelfContact(
-        "crease", (surface,), NormalLaw(10.0, 1e-3), FrictionLaw(0.3), 0.5, itself=True
+        (surface,),
+        normal=NormalLaw(10.0, 1e-3),
+        friction=FrictionLaw(0.3),
+        reach_mm=0.5,
+        same_surface=True,
+        name="crease",
     )
 
 
@@ -305,10 +324,10 @@ def crease(shape):
 def test_the_sides_of_a_crease_touch_up_to_the_node_they_share(shape):
     valley = crease(shape)
     nodes = valley.surfaces[0].nodes
-    history = valley.initial_history(np.zeros_like(nodes), NOWHERE)
+    history = valley.initial_state(np.zeros_like(nodes), NOWHERE)
     nearly, crossed, farther = (nodes * [0.0, -share] for share in (0.95, 1.05, 1.1))
-    assert valley.response(nearly, NOWHERE, history).touching.size == 0
-    for start in (history, valley.response(crossed, NOWHERE, history).history):
+    assert valley.evaluate(nearly, NOWHERE, history).touching.size == 0
+    for start in (history, valley.evaluate(crossed, NOWHERE, history).state):
         force, response = total(valley, farther, start)
         assert start.weight[response.touching].sum() > 0.9 * start.weight.sum()
         assert max(force[1], force[3]) < 0 < min(force[7], force[9])
@@ -318,11 +337,11 @@ def test_the_sides_of_a_crease_touch_up_to_the_node_they_share(shape):
 def test_the_sides_of_a_tip_never_touch_each_other():
     tip = crease(lambda x: -0.2 * x)
     nodes = tip.surfaces[0].nodes
-    history = tip.initial_history(np.zeros_like(nodes), NOWHERE)
+    history = tip.initial_state(np.zeros_like(nodes), NOWHERE)
     for share in (0.5, 0.0, -0.3, -0.6):
-        response = tip.response(nodes * [0.0, share], NOWHERE, history)
+        response = tip.evaluate(nodes * [0.0, share], NOWHERE, history)
         assert response.touching.size == 0
-        history = response.history
+        history = response.state
 
 
 def test_an_edge_that_runs_back_touches_nothing_where_it_does():
@@ -336,13 +355,17 @@ def test_an_edge_that_runs_back_touches_nothing_where_it_does():
     nodes = np.concatenate([undeformed, wall])
     line = Surface(np.array([[0, 2, 1], [2, 4, 3]]), nodes)
     contact = SelfContact(
-        "line", (line, Surface(np.array([[5, 7, 6]]), nodes)), NormalLaw(), FrictionLaw(0.3), 0.5,
-        itself=True,
-    )  # fmt: skip
+        (line, Surface(np.array([[5, 7, 6]]), nodes)),
+        normal=NormalLaw(),
+        friction=FrictionLaw(0.3),
+        reach_mm=0.5,
+        same_surface=True,
+        name="line",
+    )
     displacement = np.concatenate([squeezed - undeformed, np.zeros_like(wall)])
-    history = contact.initial_history(np.zeros_like(nodes), NOWHERE)
+    history = contact.initial_state(np.zeros_like(nodes), NOWHERE)
     for _ in range(2):
-        points = contact.response(displacement, NOWHERE, history).points
+        points = contact.evaluate(displacement, NOWHERE, history).points
         local, first = history.local, history.edge == 0
         backwards = first & (local > 0.6)
         assert backwards.sum() > 0
@@ -350,7 +373,7 @@ def test_an_edge_that_runs_back_touches_nothing_where_it_does():
         # Neither of the two sees the other, wherever they run.
         assert np.all(points.met_edge[first] != 1)
         assert np.all(points.met_edge[history.edge == 1] != 0)
-        history = contact.response(displacement, NOWHERE, history).history
+        history = contact.evaluate(displacement, NOWHERE, history).state
 
 
 def test_what_makes_no_sense_is_refused():

@@ -21,7 +21,7 @@ from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
 from fem2d.solvers.inertia import Inertia
-from fem2d.solvers.model import System
+from fem2d.solvers.model import Model
 from geometry2d.neck import neck_section
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, RigidPlacement
@@ -72,41 +72,71 @@ def named(deck: list[Card], keyword: str, **options: str) -> list[Card]:
     ]
 
 
-def system(plane: Plane = Plane.STRESS, *, left=SOFT, right=OGDEN, **tie) -> System:
+def system(plane: Plane = Plane.STRESS, *, left=SOFT, right=OGDEN, **tie) -> Model:
     mesh = distorted("T6", cells=3)
     body = Body.of(mesh, {"left": left, "right": right}, plane=plane, thickness_mm=2.0)
     top, bottom, side = (
         Surface(body.edges(name), body.nodes, 2.0) for name in ("top", "bottom", "outer")
     )
     normal = NormalLaw(stiffness_mpa_per_mm=25.0, ramp_mm=RAMP_MM)
-    return System(
+    return Model(
         body,
-        (
-            RigidContact("skin on upper_wall", top, NECK.upper_wall, normal, FrictionLaw(1.0)),
-            RigidContact("side on upper_wall", side, NECK.upper_wall, normal, FrictionLaw(0.5)),
-            RigidContact("side on tooth", side, BALL, normal, FrictionLaw(0.0), moving=False),
+        contacts=(
+            *(
+                RigidContact(
+                    top,
+                    NECK.upper_wall,
+                    normal=normal,
+                    friction=FrictionLaw(1.0),
+                    name="skin on upper_wall",
+                ),
+                RigidContact(
+                    side,
+                    NECK.upper_wall,
+                    normal=normal,
+                    friction=FrictionLaw(0.5),
+                    name="side on upper_wall",
+                ),
+                RigidContact(
+                    side,
+                    BALL,
+                    normal=normal,
+                    friction=FrictionLaw(0.0),
+                    moving=False,
+                    name="side on tooth",
+                ),
+            ),
+            *(
+                SelfContact(
+                    (top, side),
+                    normal=normal,
+                    friction=FrictionLaw(0.3),
+                    reach_mm=0.2,
+                    same_surface=True,
+                    name="folds",
+                ),
+            ),
         ),
-        (ElasticTie("bone", bottom, 1.5, 0.0, **tie),),
-        Inertia(1e-9, relaxation_s=0.02),
-        (SelfContact("folds", (top, side), normal, FrictionLaw(0.3), reach_mm=0.2, itself=True),),
+        ties=(ElasticTie("bone", bottom, 1.5, 0.0, **tie),),
+        inertia=Inertia(1e-9, relaxation_s=0.02),
     )
 
 
-def deck_of(model: System) -> list[Card]:
+def deck_of(model: Model) -> list[Card]:
     return cards(abaqus_deck(model, MOTION, start_s=START, end_s=END, title="test"))
 
 
 @pytest.fixture(scope="module")
-def model() -> System:
+def model() -> Model:
     return system()
 
 
 @pytest.fixture(scope="module")
-def deck(model: System) -> list[Card]:
+def deck(model: Model) -> list[Card]:
     return deck_of(model)
 
 
-def test_nodes_and_elements_are_those_of_the_body(model: System, deck: list[Card]) -> None:
+def test_nodes_and_elements_are_those_of_the_body(model: Model, deck: list[Card]) -> None:
     (nodes,) = named(deck, "NODE", NSET="TISSUE")
     table = nodes.numbers().reshape(-1, 3)
     np.testing.assert_array_equal(table[:, 0], np.arange(1, len(model.body.nodes) + 1))
@@ -126,13 +156,13 @@ def test_nodes_and_elements_are_those_of_the_body(model: System, deck: list[Card
             np.testing.assert_allclose(points[3:], middles, atol=1e-10)
 
 
-def test_plane_strain_has_its_own_element(model: System) -> None:
+def test_plane_strain_has_its_own_element(model: Model) -> None:
     deck = deck_of(system(Plane.STRAIN))
     assert len(named(deck, "ELEMENT", TYPE="CPE6")) == 2
     assert not named(deck, "ELEMENT", TYPE="CPS6")
 
 
-def test_boundaries_are_node_sets(model: System, deck: list[Card]) -> None:
+def test_boundaries_are_node_sets(model: Model, deck: list[Card]) -> None:
     sets = {card.options["NSET"]: card for card in named(deck, "NSET")}
     for name in ("inner", "outer", "bottom", "top"):
         np.testing.assert_array_equal(
@@ -171,7 +201,7 @@ def test_fibres_are_local_directions() -> None:
     assert section.options["ORIENTATION"] == axes.options["NAME"]
 
 
-def test_springs_hold_as_much_as_the_ties(model: System, deck: list[Card]) -> None:
+def test_springs_hold_as_much_as_the_ties(model: Model, deck: list[Card]) -> None:
     springs = {card.options["ELSET"]: card for card in named(deck, "SPRING")}
     held = {}
     for element in named(deck, "ELEMENT", TYPE="SPRING1"):
@@ -186,7 +216,7 @@ def test_springs_hold_as_much_as_the_ties(model: System, deck: list[Card]) -> No
         assert total == pytest.approx(1.5 * 2.0 * 2.0)  # stiffness, length, thickness
 
 
-def test_surfaces_are_the_faces_on_the_boundary(model: System, deck: list[Card]) -> None:
+def test_surfaces_are_the_faces_on_the_boundary(model: Model, deck: list[Card]) -> None:
     elements = {
         int(row[0]): [int(n) - 1 for n in row[1:]]
         for card in named(deck, "ELEMENT", TYPE="CPS6")
@@ -307,12 +337,14 @@ def test_what_a_deck_cannot_say_is_refused() -> None:
         deck_of(system(attached_at=RigidPlacement(0.0, (0.0, 0.0))))
     body = Body.of(distorted("Q8"), SOFT, plane=Plane.STRAIN, element="Q8")
     with pytest.raises(DeckError, match="not Q8"):
-        deck_of(System(body, (), (), Inertia(0.0)))
+        deck_of(Model(body))
     pair = system().contacts[0]
-    clash = RigidContact("again on upper_wall", pair.surface, BALL, pair.normal, pair.friction)
+    clash = RigidContact(
+        pair.surface, BALL, normal=pair.normal, friction=pair.friction, name="again on upper_wall"
+    )
     model = system()
     with pytest.raises(DeckError, match="called UPPER_WALL: rename"):
-        deck_of(System(model.body, (*model.contacts, clash), (), Inertia(0.0)))
+        deck_of(Model(model.body, contacts=(*model.contacts, clash)))
 
 
 def test_a_dead_load_is_nodal_forces_with_its_smooth_step(model):

@@ -10,11 +10,12 @@ from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.loads.amplitude import Amplitude, LoadError
 from fem2d.loads.dead import DeadLoad
+from fem2d.loads.load import Load
 from fem2d.loads.tie import ElasticTie
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import SuperLu
 from fem2d.solvers.march import MarchStatus, march
-from fem2d.solvers.model import System
+from fem2d.solvers.model import Model
 from geometry2d.mesh import block_mesh
 from geometry2d.rigid import RigidMotion
 from tests.support.section_bodies import SOFT
@@ -33,7 +34,7 @@ def block() -> Body:
     )
 
 
-def load(body: Body, **changed: object) -> DeadLoad:
+def dead(body: Body, **changed: object) -> DeadLoad:
     surface = Surface(body.edges("top"), body.nodes, THICKNESS_MM)
     values = {"from_mm": 1.0, "to_mm": 5.0, "fade_mm": 1.0, "traction_mpa": (3e-4, -2e-4)}
     return DeadLoad("load", surface, **(values | {"amplitude": HELD} | changed))
@@ -41,26 +42,27 @@ def load(body: Body, **changed: object) -> DeadLoad:
 
 def test_the_force_is_less_the_derivative_of_the_energy_wherever_the_body_is():
     body = block()
-    push = load(body)
+    push = dead(body)
     rng = np.random.default_rng(3)
     here, direction = rng.normal(0, 0.3, (2, *body.nodes.shape))
     step = 1e-4
-    change = push.energy(here + step * direction, 1.4) - push.energy(here - step * direction, 1.4)
-    work = float(np.sum(push.force(1.4) * direction.ravel()[push.dofs]))
+    now = Load(time_s=1.4)
+    change = push.energy(here + step * direction, now) - push.energy(here - step * direction, now)
+    work = float(np.sum(push.force(here, now) * direction.ravel()))
     assert abs(work) > 1e-5
     assert -change / (2 * step) == pytest.approx(work, rel=1e-8)
 
 
 def test_the_resultant_is_traction_times_the_stretch_less_half_its_fades():
     body = block()
-    force = np.zeros(body.nodes.size)
-    push = load(body)
-    np.add.at(force, push.dofs, push.force(1.5))
+    push = dead(body)
+    force = push.force(body.nodes, Load(time_s=1.5))
     area = THICKNESS_MM * (4.0 - 1.0)
     assert force.reshape(-1, 2).sum(axis=0) == pytest.approx(
         area * np.array([3e-4, -2e-4]), rel=2e-3
     )
-    assert push.force(0.0).max() == push.force(9.0).max() == 0.0
+    for time in (0.0, 9.0):
+        assert np.abs(push.force(body.nodes, Load(time_s=time))).max() == 0.0
 
 
 def test_the_amplitude_is_smooth_and_flat_at_its_instants():
@@ -77,14 +79,14 @@ def test_a_loaded_block_comes_to_rest_and_goes_back_when_the_load_has_gone():
     body = block()
     bottom = Surface(body.edges("bottom"), body.nodes, THICKNESS_MM)
     tie = ElasticTie("bottom", bottom, 1.0, 0.0)
-    push = load(body)
-    system = System(body, (), (tie,), Inertia(1e-9, 0.0, 0.005), (), (push,))
+    push = dead(body)
+    system = Model(body, ties=(tie,), inertia=Inertia(1e-9, 0.0, 0.005), loads=(push,))
     still = RigidMotion(np.array([0.0, 3.5]), np.zeros(2), np.zeros((2, 2)))
     commits = []
     result = march(
         system,
         still,
-        system.state_at_rest(0.0, still.at(0.0), next_step_s=0.04),
+        system.at_rest(Load.at(still.at(0.0), 0.0), next_step_s=0.04),
         solver=SuperLu(),
         on_commit=commits.append,
     )
@@ -92,11 +94,11 @@ def test_a_loaded_block_comes_to_rest_and_goes_back_when_the_load_has_gone():
     commit = min(commits, key=lambda commit: abs(commit.state.time_s - 1.9))
     held, energies = commit.state, commit.energies
     reaction = (system.tie_stiffness @ held.displacement.ravel()).reshape(-1, 2).sum(axis=0)
-    applied = system.load_force(1.9).reshape(-1, 2).sum(axis=0)
+    applied = system.load_force(held.displacement, Load(time_s=1.9)).reshape(-1, 2).sum(axis=0)
     assert reaction == pytest.approx(applied, rel=1e-4)
     assert np.abs(held.displacement).max() > 0.05
     assert np.abs(commits[-1].state.displacement).max() < 1e-4
-    assert energies.load == pytest.approx(push.energy(held.displacement, held.time_s))
+    assert energies.load == pytest.approx(push.energy(held.displacement, held.load))
     assert energies.load < -energies.strain
 
 
@@ -109,7 +111,7 @@ def test_a_loaded_block_comes_to_rest_and_goes_back_when_the_load_has_gone():
 )
 def test_a_load_that_makes_no_sense_is_refused(changed, what):
     with pytest.raises(LoadError, match=what):
-        load(block(), **changed)
+        dead(block(), **changed)
 
 
 def test_an_amplitude_that_makes_no_sense_is_refused():

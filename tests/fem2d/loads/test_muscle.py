@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fem2d.body.body import Body
+from fem2d.body.component import BodyComponent
 from fem2d.body.kinematics import Plane
 from fem2d.loads.amplitude import Amplitude, LoadError
 from fem2d.loads.muscle import FibresAcross, FibresInPlane, Muscle
@@ -150,7 +151,7 @@ def test_a_response_does_not_depend_on_what_was_asked_before(fibres):
 
 
 @pytest.mark.parametrize("fibres", FIBRES)
-def test_pieces_of_a_body_do_together_what_the_whole_does(fibres):
+def test_components_of_a_body_do_together_what_the_whole_does(fibres):
     left, right = block_mesh(6.0, 3.0, 6, 3), block_mesh(6.0, 3.0, 6, 3).translated((10.0, 0.0))
     body = Body.of(left + right, SOFT, plane=Plane.STRESS, element="Q8")
     x = body.tables.points[..., 0]
@@ -161,7 +162,7 @@ def test_pieces_of_a_body_do_together_what_the_whole_does(fibres):
     energy = 0.0
     for side in (body.nodes[:, 0] < 8.0, body.nodes[:, 0] > 8.0):
         nodes = np.flatnonzero(side)
-        own = pulling.on_piece(body.piece(nodes), nodes)
+        own = pulling.on_component(BodyComponent(body, nodes))
         part = own.response(u[nodes], 2.0)
         total[(2 * nodes[:, None] + np.arange(2)).ravel()] += part.force
         energy += part.energy
@@ -170,7 +171,7 @@ def test_pieces_of_a_body_do_together_what_the_whole_does(fibres):
     np.testing.assert_allclose(total, whole.force, atol=1e-15)
     only_left = muscle(body, fibres, share=np.where(x < 5.0, 0.5, 0.0))
     nodes = np.flatnonzero(body.nodes[:, 0] > 8.0)
-    assert only_left.on_piece(body.piece(nodes), nodes) is None
+    assert only_left.on_component(BodyComponent(body, nodes)) is None
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
+from fem2d.loads.load import Load
 from fem2d.loads.pressure import Exposure, FollowerPressure, PressureError
 from fem2d.materials.neo_hookean import NeoHookean
 from geometry2d.mesh import block_mesh
@@ -31,9 +32,7 @@ def wavy(body: Body, seed: int) -> np.ndarray:
 
 
 def force(pressure: FollowerPressure, displacement: np.ndarray) -> np.ndarray:
-    total = np.zeros(displacement.size)
-    np.add.at(total, pressure.dofs, pressure.unit_force(displacement))
-    return total
+    return pressure.force(displacement, Load(pressure_mpa=1.0))
 
 
 @pytest.mark.parametrize("exposure", EXPOSURES, ids=["everywhere", "under a cup"])
@@ -49,11 +48,10 @@ def test_stiffness_is_the_derivative_of_the_force(element, axisymmetric, exposur
         force(pressure, displacement + step * direction)
         - force(pressure, displacement - step * direction)
     ) / (2 * step)
-    exact = np.zeros(displacement.size)
-    blocks = pressure.unit_stiffness(displacement)
-    np.add.at(
-        exact, pressure.dofs, np.einsum("mab,mb->ma", blocks, direction.ravel()[pressure.dofs])
-    )
+    data = np.zeros(body.pattern.nonzeros)
+    load = Load(pressure_mpa=1.0)
+    pressure.add_stiffness(data, body.pattern, displacement, load, psd=False)
+    exact = -body.pattern.matrix(data) @ direction.ravel()
     assert np.abs(difference).max() > 1.0
     np.testing.assert_allclose(exact, difference, atol=1e-8 * np.abs(difference).max())
 

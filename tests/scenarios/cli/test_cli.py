@@ -345,9 +345,7 @@ def test_an_interrupted_replay_goes_on(
     assert not out.exists()
     assert "--resume goes on" in capsys.readouterr().err
     monkeypatch.setattr(run, "replay", MadeUpReplay())
-    assert "--overwrite" in complaint(
-        capsys, *command, "--resume", "--set", "contact.friction=0.9"
-    )
+    assert "--overwrite" in complaint(capsys, *command, "--resume", "--set", "contact.friction=0.9")
     assert main([*command, "--resume"]) == 0
     assert Solution.load(out).time_s.size == COUNT
 

@@ -7,8 +7,9 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from fem2d.contact.rigid import ContactHistory
-from fem2d.contact.self_contact import SelfContactHistory
+from fem2d.contact.rigid import RigidContactState
+from fem2d.contact.self_contact import SelfContactState
+from fem2d.loads.load import Load
 from fem2d.solvers.stability import Instability, Passage
 from fem2d.solvers.state import State
 from geometry2d.rigid import RigidPlacement
@@ -20,15 +21,14 @@ RNG = np.random.default_rng(5)
 
 
 def state() -> State:
-    """A state with two contacts and one self-contact, no two numbers of it the same."""
+    """A state with two rigid contacts and one self-contact, no two numbers of it the same."""
     rigid = tuple(
-        ContactHistory(RNG.normal(size=(3, 2, 2)), RNG.normal(size=(3, 2))) for _ in range(2)
+        RigidContactState(RNG.normal(size=(3, 2, 2)), RNG.normal(size=(3, 2))) for _ in range(2)
     )
-    folds = SelfContactHistory(
-        **{item.name: RNG.normal(size=4) for item in fields(SelfContactHistory)}
-    )
+    lips = SelfContactState(**{f.name: RNG.normal(size=4) for f in fields(SelfContactState)})
     u, v, a = RNG.normal(size=(3, 5, 2))
-    return State(1.25, RigidPlacement(0.1, (2.0, 3.0)), u, v, a, rigid, 0.04, (folds,))
+    load = Load.at(RigidPlacement(0.1, (2.0, 3.0)), 1.25)
+    return State(load, u, v, a, (*rigid, lips), 0.04)
 
 
 def test_a_state_comes_back_from_its_checkpoint_bit_for_bit() -> None:
@@ -36,7 +36,7 @@ def test_a_state_comes_back_from_its_checkpoint_bit_for_bit() -> None:
     back = restored(checkpoint(kept), kept.time_s, like=other)
     assert (back.time_s, back.placement, back.next_step_s) == (1.25, kept.placement, 0.04)
     arrays, again = checkpoint(kept), checkpoint(back)
-    assert len(arrays) == 5 + 2 * 2 + len(fields(SelfContactHistory))
+    assert len(arrays) == 5 + 2 * 2 + len(fields(SelfContactState))
     assert arrays.keys() == again.keys()
     for name, values in arrays.items():
         np.testing.assert_array_equal(again[name], values, err_msg=name)

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from fem2d.contact.rigid import rigid_contacts
+from fem2d.contact.self_contact import self_contacts
 from scenarios.settings.scenario import read_scenario
 from scenarios.sip.lip_model import Lips
 
@@ -26,14 +28,14 @@ def test_the_free_surface_is_one_line_of_skin_and_inner_side(lips: Lips, lip: st
 
 
 def test_all_that_a_lip_touches_meets_the_same_surface(lips: Lips):
-    for pair in lips.system.contacts:
+    for pair in rigid_contacts(lips.system.contacts):
         lip = pair.name.split()[0]
         np.testing.assert_array_equal(pair.surface.edges, lips.free_edges(lip))
         assert pair.surface.at_nodes
-    for fold in lips.system.folds:
-        assert [len(s.edges) for s in fold.surfaces] == [
-            len(lips.free_edges(lip)) for lip in lips.present
-        ]
+    (lip_on_lip,) = self_contacts(lips.system.contacts)
+    assert [len(s.edges) for s in lip_on_lip.surfaces] == [
+        len(lips.free_edges(lip)) for lip in lips.present
+    ]
 
 
 @pytest.mark.parametrize("lip", ["upper", "lower"])

@@ -69,7 +69,7 @@ def test_what_holds_the_slab_balances_the_cup_and_the_suction(curves):
     system, last = curve.model.system, curve.last
     reaction = last.reaction.reshape(-1, 2)[:, 1].sum()
     on_tissue = sum(touch.force[:, 1::2].sum() for touch in last.contacts)
-    suction = last.load.pressure_mpa * system.pressure_force(last.displacement)[1::2].sum()
+    suction = system.load_force(last.displacement, last.load)[1::2].sum()
     assert suction > 0 > on_tissue
     assert reaction + on_tissue + suction == pytest.approx(0.0, abs=1e-6 * suction)
     # Suction acts on no more than the cup covers, and on most of what lies inside its aperture.
