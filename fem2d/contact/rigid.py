@@ -330,6 +330,26 @@ class RigidContact:
         change = rotated(relative, placement.angle_rad - before.angle_rad) - here
         return self.surface.assembled_force(change, edges)[1]
 
+    def force_by_motion(self, response: RigidContactResponse, *, psd: bool = False) -> Array:
+        """Return the derivative (3, j, 2k) of the forces by the body's placement.
+
+        By its shift along x and y, N/mm, and by a turn about its origin, N/rad; with ``psd`` of the
+        stand-in that `tangent` returns.
+        """
+        edges, points = response.edges, response.points
+        slope = (points.psd_slope if psd else points.slope)[edges]
+        traction = points.traction[edges]
+        position = self.surface.positions(response.displacement)[edges]
+        arm = position - response.placement.shift_mm
+        turned = np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
+        follows = np.stack([-traction[..., 1], traction[..., 0]], axis=-1)
+        changes = (
+            -slope[..., 0],
+            -slope[..., 1],
+            follows - np.einsum("mqcd,mqd->mqc", slope, turned),
+        )
+        return np.stack([self.surface.assembled_force(change, edges)[1] for change in changes])
+
     def on_component(self, component: BodyComponent) -> ContactOnComponent | None:
         """Return the contact if its surface lies on a component; see `Contact`."""
         if not component.has(self.surface):

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from fem2d.contact.contact import ContactResponse
 from fem2d.contact.rigid import rigid_responses
 from fem2d.loads.load import Load, Loading
+from fem2d.solvers.hand import Hand
 from fem2d.solvers.linear import DirectSolver, fastest_solver
 from fem2d.solvers.model import Energies, Model, ModelBalance
 from fem2d.solvers.newton import NewtonResult, NewtonSettings
@@ -29,7 +30,7 @@ from fem2d.solvers.stepper import Stepper
 from fem2d.threads import Threads
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.settings import setting
-from geometry2d.rigid import RigidMotion
+from geometry2d.rigid import RigidMotion, RigidPlacement
 
 Array = NDArray[np.float64]
 
@@ -38,6 +39,10 @@ TINY_MM = 1e-12
 
 PREDICTOR_ERROR_LIMIT = 10.0
 """An error of the predictor of so many times what is aimed at is no mere bend in the path."""
+
+LEAP_SHARE = 0.5
+"""A body that a hand lets go at most so much farther than a step's travel: less than this share of
+its way would have been allowed."""
 
 SHRINKING = 0.6
 """A step whose forces balance is followed by one of at least this share of its length."""
@@ -189,6 +194,7 @@ def march(
     start: State,
     *,
     end_s: float | None = None,
+    hand: Hand | None = None,
     solver: DirectSolver | None = None,
     steps: StepSettings | None = None,
     newton: NewtonSettings | None = None,
@@ -207,6 +213,8 @@ def march(
         Committed state to start from; resuming from any committed state gives the same bits.
     end_s
         Where to stop, s; the motion's last sample by default.
+    hand
+        Who carries the moving rigid bodies if they may leave the motion; nobody yields without.
     solver
         For the linear systems, the fastest there is by default; components that do not touch get
         others of its kind.
@@ -238,19 +246,23 @@ def march(
 
     with threads.tuned(), _Reports(steps.watch_stability, threads, on_commit) as reports:
         while state.time_s < last_s * (1 - 1e-12):
+            carried = loading if hand is None else hand.carried(loading, state)
             rejected = 0
             proposed = min(state.next_step_s, steps.longest_s)
             while True:
                 duration = min(
                     proposed,
                     last_s - state.time_s,
-                    _travel_limit(loading, state, contacts, steps),
+                    _travel_limit(carried, state, contacts, steps),
                 )
+                further = None if hand is None else hand.unknowns(loading, state, duration)
                 trial, balance = stepper.attempt(
-                    state, loading(state.time_s + duration), duration, body
+                    state, carried(state.time_s + duration), duration, body, further
                 )
                 iterations += trial.iterations
                 sound = trial.converged and not _penetration_grew(contacts, balance, steps)
+                if hand is not None:
+                    sound = sound and not _leapt(contacts, state, balance, steps)
                 if sound and not _predictor_failed(trial, duration, steps):
                     break
                 rejected += 1
@@ -261,6 +273,8 @@ def march(
             cutbacks += rejected
             next_step = duration * _growth(trial, rejected, steps)
             commit = _committed(trial, balance, rejected, next_step)
+            if hand is not None:
+                commit = _with_hand(commit, hand, loading)
             if reports.stopped():
                 return ended(MarchStatus.INTERRUPTED)
             reports.add(commit, balance)
@@ -348,20 +362,43 @@ def _committed(
     )
 
 
+def _with_hand(commit: Commit, hand: Hand, loading: Loading) -> Commit:
+    """Return a commit with what the hand's springs store."""
+    offset = hand.offset(commit.state.load, loading(commit.state.time_s))
+    return replace(commit, energies=replace(commit.energies, hand=hand.energy(offset)))
+
+
 def _travel_limit(
     loading: Loading, state: State, contacts: tuple[ContactResponse, ...], steps: StepSettings
 ) -> float:
     """Return the duration in which moving bodies travel as far as a step allows."""
     ahead = loading(state.time_s + steps.longest_s).placement
+    return steps.longest_s * _allowed_share(contacts, state.placement, ahead, steps)
+
+
+def _allowed_share(
+    contacts: tuple[ContactResponse, ...],
+    here: RigidPlacement,
+    there: RigidPlacement,
+    steps: StepSettings,
+) -> float:
+    """Return what share of their way moving bodies may travel in one step past near tissue."""
     share = np.inf
     for touch in rigid_responses(contacts):
         if touch.contact.moving:
             nodal = touch.contact.surface.nodal
             point = nodal(touch.state.body_position)
-            travel = np.linalg.norm(ahead.apply(point) - state.placement.apply(point), axis=-1)
+            travel = np.linalg.norm(there.apply(point) - here.apply(point), axis=-1)
             allowed = np.maximum(steps.travel_mm, 0.7 * nodal(touch.points.gap))
             share = min(share, float(np.min(allowed / np.maximum(travel, TINY_MM))))
-    return steps.longest_s * share
+    return share
+
+
+def _leapt(
+    before: tuple[ContactResponse, ...], state: State, balance: ModelBalance, steps: StepSettings
+) -> bool:
+    """Whether a body that a hand carries has gone farther than a step allows."""
+    return _allowed_share(before, state.placement, balance.load.placement, steps) < LEAP_SHARE
 
 
 def _penetration_grew(

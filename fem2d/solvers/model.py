@@ -35,6 +35,7 @@ class Energies:
     penalty: float
     kinetic: float
     load: float
+    hand: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from fem2d.body.body import Response
 from fem2d.loads.load import Load
 from fem2d.solvers.components import Component, component_of_node, components_of, gather
 from fem2d.solvers.linear import DirectSolver
-from fem2d.solvers.model import Model
+from fem2d.solvers.model import FurtherUnknowns, Model
 from fem2d.solvers.newton import NewtonResult, NewtonSettings
 from fem2d.solvers.state import State
 from fem2d.solvers.step import (
@@ -56,17 +56,25 @@ class Stepper:
         self._component = component_of_node(model)
         self._components = [(part, solver.another()) for part in components_of(model)]
 
-    def attempt(self, state: State, load: Load, duration_s: float, body: Response) -> Trial:
+    def attempt(
+        self,
+        state: State,
+        load: Load,
+        duration_s: float,
+        body: Response,
+        further: FurtherUnknowns | None = None,
+    ) -> Trial:
         """Try to balance the forces ``duration_s`` after ``state``; nothing is committed.
 
         ``body`` is the body's response in ``state``. If a component fails, that is what is
-        returned.
+        returned. With ``further`` unknowns, which join them, components are not tried alone.
         """
         model, newton = self._model, self._newton
-        if not self._components or self._touch(state):
+        if not self._components or further is not None or self._touch(state):
             return attempt(
-                model, state, load, duration_s, self._solver, newton, body, threads=self._threads
-            )
+                model, state, load, duration_s, self._solver, newton, body, further=further,
+                threads=self._threads,
+            )  # fmt: skip
 
         def alone(component: Component, solver: DirectSolver) -> Trial:
             return attempt(
@@ -120,11 +128,14 @@ def attempt(
     newton: NewtonSettings,
     body: Response | None = None,
     *,
+    further: FurtherUnknowns | None = None,
     threads: Threads = ONE_THREAD,
 ) -> Trial:
     """Try to balance the forces under a load, ``duration_s`` after ``state``, as a whole.
 
-    ``body`` is the body's response in ``state``, if it is known.
+    ``body`` is the body's response in ``state``, if it is known. For ``further`` unknowns the load
+    is where the search for them starts; they are not predicted, for a body that is about to meet
+    tissue to first order knows nothing of it.
     """
     here = state.displacement
     balance = model.balance(
@@ -137,7 +148,8 @@ def attempt(
     def solved(start: Array) -> Trial:
         before = model.with_first_contact(state, start, load.placement)
         return balanced(
-            model, load, before, duration_s, start, solver=solver, newton=newton, threads=threads
-        )
+            model, load, before, duration_s, start, solver=solver, newton=newton,
+            further=further, threads=threads,
+        )  # fmt: skip
 
     return from_prediction(solved, prediction, with_supports_moved(model, here, load))
