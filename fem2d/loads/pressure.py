@@ -1,13 +1,8 @@
-"""Pressure that stays normal to the surface it acts on, and follows where that surface goes.
+"""A uniform pressure that stays normal to the surface it acts on, and follows where it goes.
 
-A pressure ``p`` does the virtual work ``−∫ p n·δx da`` over the *deformed* surface. With the edge
-``x(ξ)`` and the body on the left of its direction, ``n ds = (y', −x') dξ``, so no normalisation is
-needed: in a section of thickness ``h`` the nodal forces are ``−p h ∫ N_k (y', −x') dξ``, in
-axisymmetry ``−2π p ∫ N_k x (y', −x') dξ``. Their derivative is exact and not symmetric, because a
-pressure on part of a surface has no potential.
-
-Inside a suction cup only the free surface feels the suction: `Exposure` lets it fade where the
-tissue comes up to the rim, smoothly, so that the derivative stays continuous.
+Its forces are those of :mod:`fem2d.loads.follower` for each MPa of it. Inside a suction cup only
+the free surface feels the suction: `Exposure` lets it fade where the tissue comes up to the rim,
+smoothly, so that the derivative stays continuous.
 """
 
 from __future__ import annotations
@@ -20,6 +15,7 @@ from numpy.typing import NDArray
 from fem2d.body.component import BodyComponent
 from fem2d.body.sparse import SparsePattern
 from fem2d.body.surface import Surface
+from fem2d.loads.follower import follower_force, follower_stiffness
 from fem2d.loads.load import Load
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.outline import Outline
@@ -124,61 +120,15 @@ class FollowerPressure:
 
         A positive pressure pushes against the body; suction is a negative one.
         """
-        points = self._points(displacement)
-        density = (points.depth * points.share)[..., None] * points.area_vector
-        nodal = -np.einsum("q,qk,mqc->mkc", self._gauss_weight, self.surface.shape, density)
-        force: Array = nodal.reshape(len(self.surface.edges), -1)
-        return force
+        return follower_force(self.surface, displacement, self._share(displacement)[0])
 
     def unit_stiffness(self, displacement: Array) -> Array:
         """Return the derivative (m, 2k, 2k), N/(mm MPa), of :meth:`unit_force`."""
-        points = self._points(displacement)
-        shape, slope = self.surface.shape, self.surface.slope
-        amount = points.depth * points.share
-        weighted = self._gauss_weight[:, None] * shape
-        # d(y', −x') turns the edge; d(depth) and d(share) change how much of it counts.
-        turn = np.einsum("qa,mq,qb->mab", weighted, amount, slope)
-        change = points.share_gradient * points.depth[..., None]
-        change[..., 0] += points.share * points.depth_slope
-        spread = np.einsum("qa,mqc,mqd,qb->macbd", weighted, points.area_vector, change, shape)
-        spread[:, :, 0, :, 1] += turn
-        spread[:, :, 1, :, 0] -= turn
-        size = 2 * shape.shape[1]
-        stiffness: Array = -spread.reshape(-1, size, size)
-        return stiffness
+        return follower_stiffness(self.surface, displacement, *self._share(displacement))
 
-    @property
-    def _gauss_weight(self) -> Array:
-        weight: Array = 0.5 * np.polynomial.legendre.leggauss(self.surface.points_per_edge)[1]
-        return weight
-
-    def _points(self, displacement: Array) -> _Points:
-        surface = self.surface
-        position = surface.positions(displacement)
-        deformed = (surface.nodes + displacement)[surface.edges]
-        tangent = np.einsum("qk,mkc->mqc", surface.slope, deformed)
-        area_vector = np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)
-        if surface.axisymmetric:
-            depth, depth_slope = 2 * np.pi * position[..., 0], 2 * np.pi
-        else:
-            depth, depth_slope = np.full(position.shape[:2], surface.thickness_mm), 0.0
+    def _share(self, displacement: Array) -> tuple[Array, Array]:
+        """Return the share (m, q) of the pressure that acts, and its gradient (m, q, 2), 1/mm."""
+        position = self.surface.positions(displacement)
         if self.exposure is None:
-            share, gradient = np.ones(position.shape[:2]), np.zeros_like(position)
-        else:
-            share, gradient = self.exposure.share(position)
-        return _Points(area_vector, depth, depth_slope, share, gradient)
-
-
-@dataclass(frozen=True)
-class _Points:
-    """Values at the Gauss points (m, q).
-
-    Outward normal times length per local coordinate, depth of the section and its derivative by x,
-    share of the pressure that acts and its gradient.
-    """
-
-    area_vector: Array
-    depth: Array
-    depth_slope: float
-    share: Array
-    share_gradient: Array
+            return np.ones(position.shape[:2]), np.zeros_like(position)
+        return self.exposure.share(position)
