@@ -19,7 +19,8 @@ from fem2d.materials.library import LIBRARY as MATERIALS
 from fem2d.materials.library import configuration_cards, material_card
 from geometry2d.anatomy.head import head_section
 from geometry2d.drawings.drawn_head import HeadDrawing, drawn_head
-from geometry2d.drawings.section import CutPlane, cut, drawn_neck, read_stl
+from geometry2d.drawings.drawn_neck import drawn_neck
+from geometry2d.drawings.stl import CutPlane, cut, read_stl
 from geometry2d.neck import A38_NECK, neck_section
 from mocap.convert import given_tracks
 from mocap.formats.c3d import write_c3d

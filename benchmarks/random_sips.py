@@ -21,7 +21,7 @@ import numpy as np
 
 from geometry2d.anatomy.head import HeadError, head_section
 from geometry2d.neck import NECKS, NeckError
-from geometry2d.regions import SectionError
+from geometry2d.regions import RegionError
 from mocap.convert import convert
 from mocap.motion.motion import Motion
 from scenarios.results.increment import Increment
@@ -69,7 +69,7 @@ def drawn(rng: np.random.Generator, resolution: str) -> tuple[Scenario, list[str
         try:
             scenario.package.section()
             head_section(scenario.head)
-        except (NeckError, HeadError, SectionError):
+        except (NeckError, HeadError, RegionError):
             continue
         return scenario, texts
 

@@ -30,7 +30,7 @@ from benchmarks.tracking_takes import HEADINGS, Take, relative_truth
 from geometry2d.rigid import rotated
 from mocap.convert import measure
 from mocap.measurement import Measurement
-from mocap.motion.scale import Picture
+from mocap.motion.scale import PictureFormat
 from mocap.synthetic.rendering import Truth
 from mocap.tracking.follow import follow
 from mocap.tracking.markers import read_markers
@@ -66,7 +66,7 @@ class Outcome:
             markers.write_text(take.marker_file(truths[0], head_scale=False), encoding="utf-8")
         file, film = read_markers(markers), Video(video)
         tracks = with_noise_in_time(follow(film, file), key_frames=film.key_frames).bridged()
-        measured = measure(tracks, file, Picture(take.camera.width, take.camera.height))
+        measured = measure(tracks, file, PictureFormat(take.camera.width, take.camera.height))
         return cls(take, tracks, measured, truths)
 
     @property

@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from geometry2d.rigid import RigidMotion, rotated
 from mocap.synthetic.rendering import (
     WHITE,
-    Body,
     Camera,
     Colour,
-    Frame,
+    Image,
     Lens,
     Light,
     Marker,
     Scene,
+    SceneBody,
     Sensor,
     Shape,
     Truth,
@@ -138,8 +138,8 @@ class Take:
             self._sticker("ear", (0.0, 0.0), rng),
             self._sticker("nose", self.nose_mm, rng),
         )
-        head = Body("head", head_motion, (Shape(face, skin, depth_mm=depth),), head_marks)
-        package = Body("package", package_motion, *self._package(rng))
+        head = SceneBody("head", head_motion, (Shape(face, skin, depth_mm=depth),), head_marks)
+        package = SceneBody("package", package_motion, *self._package(rng))
         slide = np.column_stack([np.sin(4 * head_motion.time_s), np.cos(5 * head_motion.time_s)])
         jaw_motion = RigidMotion(
             head_motion.time_s, head_motion.angle_rad, head_motion.shift_mm + slide
@@ -148,7 +148,7 @@ class Take:
             self._sticker(name, (x + rng.uniform(-4, 4), y + rng.uniform(-4, 4)), rng)
             for name, (x, y) in {"jaw_front": (70.0, -62.0), "jaw_back": (44.0, -60.0)}.items()
         )
-        bodies = [head, Body("jaw", jaw_motion, (), jaw_marks), package]
+        bodies = [head, SceneBody("jaw", jaw_motion, (), jaw_marks), package]
         if self.hand:
             bodies.append(self._hand(rng))
         return Scene(tuple(bodies), light=self.light)
@@ -190,7 +190,7 @@ class Take:
             marks = [Marker.dot(n, at, radius_mm=radius, colour=mark) for n, at in places.items()]
         return (outline,), tuple(marks)
 
-    def _hand(self, rng: np.random.Generator) -> Body:
+    def _hand(self, rng: np.random.Generator) -> SceneBody:
         """Return a hand that comes up before face and package, stays a while, and goes down."""
         rate, span = self.camera.fps, self.frames / self.camera.fps
         begin = float(rng.uniform(0.2, 0.35)) * span
@@ -206,7 +206,7 @@ class Take:
             for k, at in enumerate(HAND_SPOTS)
         )
         motion = RigidMotion(time, np.zeros(time.size), shift)
-        return Body("hand", motion, (Shape(corners, skin, depth_mm=80.0),), spots)
+        return SceneBody("hand", motion, (Shape(corners, skin, depth_mm=80.0),), spots)
 
     def marker_file(self, first: Truth, *, head_scale: bool = True) -> str:
         """Return what a user would write who knows the lens and both lengths."""
@@ -233,7 +233,7 @@ class Take:
         times = np.arange(self.frames) / self.camera.fps
         truths: list[Truth] = []
 
-        def pictures() -> Iterator[Frame]:
+        def pictures() -> Iterator[Image]:
             for picture, truth in render(self.scene(), self.camera, self.sensor, times):
                 truths.append(truth)
                 yield picture

@@ -22,7 +22,7 @@ Loop = tuple[tuple[str, bool], ...]
 """Curve names in order, each with whether it is travelled forwards."""
 
 
-class SectionError(DrinksimError):
+class RegionError(DrinksimError):
     """The curves given do not bound the regions asked for."""
 
 
@@ -47,7 +47,7 @@ class Section:
 
     Raises
     ------
-    SectionError
+    RegionError
         If a loop is not closed, not simple, or runs clockwise.
     """
 
@@ -64,18 +64,18 @@ class Section:
             for k, (curve, _) in enumerate(loop):
                 gap = float(np.max(np.abs(ends[k][0] - ends[k - 1][1])))
                 if gap > 0:
-                    raise SectionError(
+                    raise RegionError(
                         f"{self.name}: curve {curve!r} of region {region!r} starts {gap:.3g} mm "
                         "from where the curve before it ends: let them share the point"
                     )
             polygon = shapely.Polygon(self.regions[region])
             if not polygon.is_valid:
-                raise SectionError(
+                raise RegionError(
                     f"{self.name}: the boundary of region {region!r} crosses itself "
                     f"({shapely.is_valid_reason(polygon)}): change what is measured or drawn there"
                 )
             if not polygon.exterior.is_ccw:
-                raise SectionError(
+                raise RegionError(
                     f"{self.name}: region {region!r} runs clockwise: reverse its loop"
                 )
 
@@ -96,7 +96,7 @@ class Section:
 
     def _oriented(self, curve: str, forwards: bool) -> Array:
         if curve not in self.curves:
-            raise SectionError(
+            raise RegionError(
                 f"{self.name}: no curve {curve!r}; there are {', '.join(self.curves)}"
             )
         points = self.curves[curve]

@@ -17,7 +17,7 @@ from mocap.formats.exchange import motion_table, read_positions, tracks_from
 from mocap.formats.trc import write_trc
 from mocap.measurement import Measurement, measure
 from mocap.motion.motion import Motion
-from mocap.motion.scale import BodyScale, Picture
+from mocap.motion.scale import BodyScale, PictureFormat
 from mocap.tracking.follow import follow
 from mocap.tracking.markers import MarkerFile, read_markers
 from mocap.tracking.noise import with_noise_in_time
@@ -143,7 +143,7 @@ def convert(
             given=given,
             progress=part_of(show, 0.0, last),
         )
-        picture = Picture(film.info.width, film.info.height, film.info.pixel_aspect)
+        picture = PictureFormat(film.info.width, film.info.height, film.info.pixel_aspect)
         bridged = with_noise_in_time(raw, key_frames=film.key_frames).bridged()
         measured = measure(bridged, marker_file, picture)
         report = summary(film.info, film.timing, marker_file, measured, picture)

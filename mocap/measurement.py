@@ -13,7 +13,7 @@ from mocap.motion.motion import Motion
 from mocap.motion.phases import LipAtRim, lip_at_rim
 from mocap.motion.scale import (
     BodyScale,
-    Picture,
+    PictureFormat,
     axis_px,
     body_scales,
     flattened,
@@ -42,7 +42,7 @@ class Measurement:
         return self.capture.motion
 
 
-def measure(tracks: Tracks, markers: MarkerFile, picture: Picture) -> Measurement:
+def measure(tracks: Tracks, markers: MarkerFile, picture: PictureFormat) -> Measurement:
     """Return scales and motions from tracks (gaps bridged) and what the marker file knows."""
     flat = flattened(tracks.position_px, markers, picture)
     centre = flattened(axis_px(markers.lens, picture), markers, picture)
@@ -58,7 +58,7 @@ def _lip(
     tracks: Tracks,
     markers: MarkerFile,
     scales: Mapping[str, BodyScale],
-    picture: Picture,
+    picture: PictureFormat,
     centre: Array,
 ) -> LipAtRim | None:
     """Return where the upper lip is at the rim; both lie in the middle of face and package."""

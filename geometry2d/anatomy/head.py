@@ -77,7 +77,7 @@ def head_section(measurements: HeadMeasurements | None = None) -> HeadSection:
     ------
     HeadError
         If the measurements contradict one another, so that tissue would have no thickness.
-    SectionError
+    RegionError
         If they make a profile that crosses itself.
     """
     m = HeadMeasurements() if measurements is None else measurements

@@ -140,7 +140,7 @@ class Lip:
         ------
         HeadError
             If the dermis leaves no free inner side.
-        SectionError
+        RegionError
             If the dermis is thicker than the skin's curvature allows.
         """
         along = arc_lengths(self.chain)
@@ -212,7 +212,7 @@ def lip_section(
 
     Raises
     ------
-    SectionError
+    RegionError
         If the dermis is thicker than the skin's curvature allows, or curves cross.
     """
     upper = name == "upper"

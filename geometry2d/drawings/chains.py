@@ -34,7 +34,7 @@ DEEPEST = 14
 """A free curve is halved at most so often before a straight line takes its place (at a cusp)."""
 
 
-class SectionError(DrinksimError):
+class DrawingError(DrinksimError):
     """A drawing or a surface cannot be read, or does not give closed curves."""
 
 
@@ -92,7 +92,7 @@ class Chain:
         middle, first = np.asarray(centre, float), np.asarray(start, float)
         radius = float(np.hypot(*(first - middle)))
         if radius == 0:
-            raise SectionError(f"{name!r} has an arc of radius zero at {_place(first)}")
+            raise DrawingError(f"{name!r} has an arc of radius zero at {_place(first)}")
         count = max(1, int(np.ceil(abs(turn_rad) / (0.5 * np.pi) - 1e-9)))
         angle = np.arctan2(*(first - middle)[::-1]) + turn_rad * np.arange(count + 1) / count
         points = middle + radius * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -154,7 +154,7 @@ class Chain:
         determinant = float(np.linalg.det(linear))
         scale = float(np.sqrt(abs(determinant)))
         if scale == 0:
-            raise SectionError(f"{self.name!r} is flattened by its transform: no area is left")
+            raise DrawingError(f"{self.name!r} is flattened by its transform: no area is left")
         points = self.points @ linear.T + shift
         alike = np.allclose(linear.T @ linear, scale**2 * np.eye(2), rtol=0, atol=1e-9 * scale**2)
         if alike or not np.any(self.curvature):
@@ -185,7 +185,7 @@ def closed_outlines(chains: Iterable[Chain], *, join_mm: float = JOIN_MM) -> lis
 
     Raises
     ------
-    SectionError
+    DrawingError
         If a curve is open (with its gap and place), branches, crosses itself or is too large.
     """
     by_name: dict[str, list[Chain]] = {}
@@ -205,7 +205,7 @@ def open_curve(name: str, parts: Sequence[Chain], *, join_mm: float = JOIN_MM) -
 
     Raises
     ------
-    SectionError
+    DrawingError
         If they form a closed curve, none, or several pieces, or branch.
     """
     parts = [part for part in parts if len(part.curvature)]
@@ -215,7 +215,7 @@ def open_curve(name: str, parts: Sequence[Chain], *, join_mm: float = JOIN_MM) -
     partner = [_meeting(name, ends, i, join_mm) for i in range(len(ends))]
     loose = [i for i, other in enumerate(partner) if other is None]
     if len(loose) != 2:
-        raise SectionError(
+        raise DrawingError(
             f"{name!r} has {len(loose)} loose ends where one open curve has two: "
             "draw it as a single line that is not closed"
         )
@@ -226,7 +226,7 @@ def open_curve(name: str, parts: Sequence[Chain], *, join_mm: float = JOIN_MM) -
         ordered.append(part if entry % 2 == 0 else part.backwards())
         entry = partner[entry ^ 1]
     if len(ordered) < len(parts):
-        raise SectionError(f"{name!r} has a closed curve beside the open one: delete it")
+        raise DrawingError(f"{name!r} has a closed curve beside the open one: delete it")
     return Chain.of(name, ordered)
 
 
@@ -263,7 +263,7 @@ def _meeting(name: str, ends: Array, i: int, join_mm: float) -> int | None:
     distance[i] = np.inf
     near = np.flatnonzero(distance <= join_mm)
     if len(near) > 1:
-        raise SectionError(
+        raise DrawingError(
             f"{name!r} branches at {_place(ends[i])}: {len(near) + 1} ends meet there; "
             "delete the pieces that do not belong to the outline, or put them on their own layer"
         )
@@ -276,7 +276,7 @@ def _partner(name: str, ends: Array, i: int, join_mm: float) -> int:
         distance = np.hypot(*(ends - ends[i]).T)
         distance[i] = np.inf
         nearest = int(np.argmin(distance))
-        raise SectionError(
+        raise DrawingError(
             f"{name!r} is open: its end at {_place(ends[i])} is {distance[nearest]:.4g} mm from "
             f"the next, at {_place(ends[nearest])}; close the curve in the drawing"
         )
@@ -293,7 +293,7 @@ def _outline(ring: Chain, join_mm: float) -> Outline:
     kept = np.hypot(step[:, 0], step[:, 1]) > join_mm
     start, curvature = start[kept], ring.curvature[kept]
     if len(start) < 2 or (len(start) == 2 and not np.any(curvature)):
-        raise SectionError(
+        raise DrawingError(
             f"{ring.name!r} at {_place(ring.points[0])} encloses nothing: delete it, or draw it "
             "as a closed curve"
         )
@@ -303,7 +303,7 @@ def _outline(ring: Chain, join_mm: float) -> Outline:
         return Outline(start, curvature)
     except OutlineError as error:
         where = shapely.is_valid_reason(shapely.Polygon(start)) if len(start) > 2 else ""
-        raise SectionError(f"{ring.name!r}: {error} ({where})") from error
+        raise DrawingError(f"{ring.name!r}: {error} ({where})") from error
 
 
 def _signed_area(start: Array, curvature: Array) -> float:
@@ -317,7 +317,7 @@ def _signed_area(start: Array, curvature: Array) -> float:
 
 def _refuse_size(chain: Chain) -> None:
     if not np.all(np.abs(chain.points) <= LARGEST_MM) or not np.all(np.isfinite(chain.curvature)):
-        raise SectionError(
+        raise DrawingError(
             f"{chain.name!r} reaches farther than {LARGEST_MM:g} mm from the origin: check the "
             "unit of the file and move the drawing to the origin"
         )

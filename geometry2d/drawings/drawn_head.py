@@ -30,15 +30,14 @@ from geometry2d.curves import arc_lengths, at_arc_lengths, left_normals, nearest
 from geometry2d.drawings.chains import (
     JOIN_MM,
     Chain,
+    DrawingError,
     NamedOutline,
-    SectionError,
     closed_outlines,
     open_curve,
 )
-from geometry2d.drawings.section import drawn_chains
+from geometry2d.drawings.drawing_file import drawn_chains
 from geometry2d.outline import Outline
-from geometry2d.regions import Section
-from geometry2d.regions import SectionError as RegionError
+from geometry2d.regions import RegionError, Section
 
 Array = NDArray[np.float64]
 
@@ -78,7 +77,7 @@ class HeadDrawing:
 
         Raises
         ------
-        SectionError
+        DrawingError
             If the file cannot be read, or a curve is missing, in pieces, open or closed where it
             must not be.
         """
@@ -89,7 +88,7 @@ class HeadDrawing:
                 chains[chain.name.lower()].append(chain)
         missing = [name for name in (*OPEN, *TEETH, *MARKS) if not chains[name]]
         if missing:
-            raise SectionError(
+            raise DrawingError(
                 f"{file.name} has nothing named {', '.join(missing)} (id or label in SVG, layer in "
                 "DXF): a head needs " + ", ".join((*OPEN, *TEETH, *MARKS))
             )
@@ -146,13 +145,13 @@ class HeadDrawing:
 
         Raises
         ------
-        SectionError
+        DrawingError
             If the curves of a lip do not follow one another, cross, or leave no room for the
             dermis; if the head looks to the left, or its lips or a lip and its tooth overlap.
         """
         nose = np.asarray(self.marks["nose_mark"], float) - self.ear
         if nose[0] <= 0:
-            raise SectionError(
+            raise DrawingError(
                 "nose_mark lies left of ear_mark: mirror the drawing so that the head looks right"
             )
         lips = {lip: self._lip(lip, dermis_mm) for lip in LIPS}
@@ -234,7 +233,7 @@ class HeadDrawing:
                 if "'dermis'" in str(error)
                 else f"do {lip}_bone, {lip}_inner and the straight cut stay behind the skin?"
             )
-            raise SectionError(f"{error}; {remedy}") from error
+            raise DrawingError(f"{error}; {remedy}") from error
 
     def _edge(self, lip: str, skin: Array) -> float:
         """Arc length, mm, of the edge of a lip on its skin (n, 2)."""
@@ -263,7 +262,7 @@ class HeadDrawing:
         loop = np.concatenate([skin, inner[1:], bone[1:]])
         # Skin, inner side, bone: so the lower lip runs counter-clockwise, the upper one clockwise.
         if shapely.LinearRing(loop).is_ccw != (lip == "lower"):
-            raise SectionError(
+            raise DrawingError(
                 f"the {lip} lip is drawn inside out: of {names[0]}, {names[1]} and {names[2]} the "
                 "skin must face right and the bone lie behind it; are upper and lower exchanged?"
             )
@@ -288,16 +287,16 @@ def drawn_head(
 
     Raises
     ------
-    SectionError
+    DrawingError
         If the drawing cannot be read, or is not that of a head.
     """
     try:
         return HeadDrawing.read(file, unit_mm=unit_mm).head(
             dermis_mm=dermis_mm, tie_fade_mm=tie_fade_mm
         )
-    except SectionError as error:
+    except DrawingError as error:
         named = str(error) if file.name in str(error) else f"{file.name}: {error}"
-        raise SectionError(named) from error
+        raise DrawingError(named) from error
 
 
 def lip_curves(
@@ -316,7 +315,7 @@ def lip_curves(
     lip
         "upper" or "lower".
     loop
-        Outline of the lip's tissue, as `geometry2d.drawings.section.cut` returns it.
+        Outline of the lip's tissue, as `geometry2d.drawings.stl.cut` returns it.
     skin_end, dermis_end, bone_start, bone_end
         (2,) points near the outline, mm, in this order along it: where the section is cut off on
         the skin; where the dermis ends inside the mouth; where bone begins behind the free inner
@@ -329,7 +328,7 @@ def lip_curves(
 
     Raises
     ------
-    SectionError
+    DrawingError
         If the points do not follow one another along the outline.
     """
     places = [np.asarray(p, float) for p in (skin_end, dermis_end, bone_start, bone_end)]
@@ -342,7 +341,7 @@ def lip_curves(
                 f"{lip}_{name}": _stretch_of(loop, first, last)
                 for name, first, last in zip(LIP_CURVES, starts[:-1], starts[1:], strict=True)
             }
-    raise SectionError(
+    raise DrawingError(
         f"the four points of the {lip} lip lie {np.round(at, 2).tolist()} mm along its outline of "
         f"{loop.length:.2f} mm: give them in the order skin_end, dermis_end, bone_start, bone_end"
     )
@@ -360,7 +359,7 @@ def _stretch_of(loop: Outline, first: float, last: float) -> Array:
 def _only_closed(name: str, chains: Iterable[Chain]) -> Outline:
     outlines: list[NamedOutline] = closed_outlines(chains)
     if len(outlines) != 1:
-        raise SectionError(f"there are {len(outlines)} closed curves named {name!r}, not one")
+        raise DrawingError(f"there are {len(outlines)} closed curves named {name!r}, not one")
     return outlines[0].outline
 
 
@@ -374,7 +373,7 @@ def _from_end_nearest(curve: Array, name: str, before: Array, before_name: str) 
     ends = before[[0, -1]]
     gaps = [float(np.min(np.hypot(*(ends - end).T))) for end in (curve[0], curve[-1])]
     if min(gaps) > JOIN_MM:
-        raise SectionError(
+        raise DrawingError(
             f"{name} does not begin where {before_name} ends: {min(gaps):.4g} mm are between "
             f"them near {np.round(curve[-int(np.argmin(gaps))], 2).tolist()} mm from the ear"
         )
@@ -401,11 +400,11 @@ def _refuse_overlap(lips: Mapping[str, Section], teeth: Mapping[str, Outline]) -
         for lip, section in lips.items()
     }
     if tissue["upper"].intersects(tissue["lower"]):
-        raise SectionError("the lips overlap: draw them parted, as just before contact")
+        raise DrawingError("the lips overlap: draw them parted, as just before contact")
     for lip, section in lips.items():
         depth = -float(teeth[f"{lip}_tooth"].project(section.curves["inner"]).distance.min())
         if depth > 0:
-            raise SectionError(
+            raise DrawingError(
                 f"{lip}_inner lies up to {depth:.3g} mm inside {lip}_tooth: draw it in front"
             )
 

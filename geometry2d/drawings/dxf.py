@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry2d.drawings.chains import Chain, SectionError, bezier
+from geometry2d.drawings.chains import Chain, DrawingError, bezier
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
@@ -43,14 +43,14 @@ def read_dxf(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
 
     Raises
     ------
-    SectionError
+    DrawingError
         If the file cannot be read, has no unit, or holds something that cannot be followed.
     """
     try:
         import ezdxf
         from ezdxf.disassemble import recursive_decompose
     except ImportError as error:
-        raise SectionError(
+        raise DrawingError(
             f"reading {file.name} needs ezdxf: pip install 'drinksim[files]'"
         ) from error
     # What is wrong is said by our own errors; the library's log would say it a second time.
@@ -63,13 +63,13 @@ def read_dxf(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
         entities = list(recursive_decompose(document.modelspace()))
         chains = [chain for entity in entities for chain in _chains(entity, file.name)]
         return [chain.mapped([[scale, 0, 0], [0, scale, 0]]) for chain in chains]
-    except SectionError as error:
-        raise SectionError(_printable(error)) from error
+    except DrawingError as error:
+        raise DrawingError(_printable(error)) from error
     except OSError as error:
-        raise SectionError(f"cannot read {file} as DXF: {error}") from error
+        raise DrawingError(f"cannot read {file} as DXF: {error}") from error
     except Exception as error:
         # A damaged file fails anywhere inside the reader, with whatever Python says there.
-        raise SectionError(
+        raise DrawingError(
             f"{file.name} is not a readable DXF file: {_printable(error)}"
         ) from error
     finally:
@@ -84,17 +84,17 @@ def _printable(error: Exception) -> str:
 def _unit(document: Drawing, file: str, unit_mm: float | None) -> float:
     code = int(document.header.get("$INSUNITS", 0))
     if code == 0 and unit_mm is None:
-        raise SectionError(
+        raise DrawingError(
             f"{file} has no unit ($INSUNITS is 0): export it with a unit, or say what a drawing "
             "unit is"
         )
     unit = MM_PER_INSUNIT.get(code) if code else unit_mm
     if unit is None:
-        raise SectionError(f"{file}: $INSUNITS = {code} is not a unit for a package: use mm")
+        raise DrawingError(f"{file}: $INSUNITS = {code} is not a unit for a package: use mm")
     if not 1e-6 < unit < 1e6:
-        raise SectionError(f"{file}: a drawing unit of {unit:.4g} mm is not for a drawing")
+        raise DrawingError(f"{file}: a drawing unit of {unit:.4g} mm is not for a drawing")
     if unit_mm is not None and not np.isclose(unit, unit_mm):
-        raise SectionError(f"{file} says that its unit is {unit:g} mm, not {unit_mm:g} mm")
+        raise DrawingError(f"{file} says that its unit is {unit:g} mm, not {unit_mm:g} mm")
     return unit
 
 
@@ -112,13 +112,13 @@ def _chains(entity: Any, file: str) -> Iterator[Chain]:
     elif kind in ("ELLIPSE", "SPLINE"):
         yield _free(entity, name, where)
     else:
-        raise SectionError(f"{where} cannot be followed: explode it to lines, arcs and splines")
+        raise DrawingError(f"{where} cannot be followed: explode it to lines, arcs and splines")
 
 
 def _round(entity: Any, kind: str, name: str, where: str) -> Chain:
     centre, radius = _flat([entity.dxf.center], where)[0], float(entity.dxf.radius)
     if not radius > 0:
-        raise SectionError(f"{where} has radius {radius:g}")
+        raise DrawingError(f"{where} has radius {radius:g}")
     low, turn = 0.0, 2 * np.pi
     if kind == "ARC":
         low = np.radians(float(entity.dxf.start_angle))
@@ -133,7 +133,7 @@ def _polyline(entity: Any, kind: str, name: str, where: str) -> Iterator[Chain]:
         closed = bool(entity.closed)
     else:
         if not entity.is_2d_polyline or entity.dxf.flags & 0b110:
-            raise SectionError(f"{where} is a mesh, a fitted or a 3D polyline: explode it")
+            raise DrawingError(f"{where} is a mesh, a fitted or a 3D polyline: explode it")
         rows = np.array(
             [(*v.dxf.location.vec2, v.dxf.get("bulge", 0.0)) for v in entity.vertices], float
         ).reshape(-1, 3)
@@ -166,7 +166,7 @@ def _flat(points: Any, where: str) -> Array:
     """Return x and y of points (n, 2); their heights must be zero."""
     p = np.array([tuple(point)[:3] for point in points], float)
     if np.any(np.abs(p[:, 2]) > 1e-6):
-        raise SectionError(f"{where} lies at height {p[0, 2]:g}: draw the section in the xy-plane")
+        raise DrawingError(f"{where} lies at height {p[0, 2]:g}: draw the section in the xy-plane")
     return p[:, :2]
 
 
@@ -177,4 +177,4 @@ def _seen_from_above(chain: Chain, entity: Any, where: str) -> Chain:
         return chain
     if np.allclose(direction, (0, 0, -1), atol=1e-9):
         return chain.mapped([[-1, 0, 0], [0, 1, 0]])
-    raise SectionError(f"{where} is not drawn in the xy-plane: its normal is {direction.tolist()}")
+    raise DrawingError(f"{where} is not drawn in the xy-plane: its normal is {direction.tolist()}")

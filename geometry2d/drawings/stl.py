@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from geometry2d.drawings.chains import LARGEST_MM, SectionError, outline_through
+from geometry2d.drawings.chains import LARGEST_MM, DrawingError, outline_through
 from geometry2d.outline import Outline
 
 Array = NDArray[np.float64]
@@ -47,9 +47,9 @@ class CutPlane:
     def __post_init__(self) -> None:
         sizes = [float(np.linalg.norm(v)) for v in (self.right, self.up)]
         if not np.all(np.isfinite([*self.point, *sizes])) or min(sizes) < 1e-12:
-            raise SectionError("a cut plane needs a finite point and two directions with a length")
+            raise DrawingError("a cut plane needs a finite point and two directions with a length")
         if abs(np.dot(self.right, self.up)) > 1e-6 * sizes[0] * sizes[1]:
-            raise SectionError(f"right {self.right} and up {self.up} are not at right angles")
+            raise DrawingError(f"right {self.right} and up {self.up} are not at right angles")
 
     @property
     def axes(self) -> Array:
@@ -73,7 +73,7 @@ class Surface3D:
 
     Raises
     ------
-    SectionError
+    DrawingError
         If an edge does not belong to two triangles in opposite directions, or inside is out.
     """
 
@@ -83,7 +83,7 @@ class Surface3D:
 
     def __post_init__(self) -> None:
         if len(self.triangles) == 0:
-            raise SectionError(f"{self.name} has no triangles")
+            raise DrawingError(f"{self.name} has no triangles")
         first = self.triangles.ravel()
         last = np.roll(self.triangles, -1, axis=1).ravel()
         count = len(self.corners)
@@ -93,13 +93,13 @@ class Surface3D:
         if len(doubled) or len(single):
             key = int(single[0] if len(single) else doubled[0])
             place = 0.5 * (self.corners[key // count] + self.corners[key % count])
-            raise SectionError(
+            raise DrawingError(
                 f"{self.name} is not watertight: {len(single)} of its edges have no neighbour and "
                 f"{len(doubled)} have too many, the first at {np.round(place, 4).tolist()} mm; "
                 "export it as a closed solid, or mend it in the program it comes from"
             )
         if self.volume <= 0:
-            raise SectionError(f"{self.name} is inside out: flip its normals")
+            raise DrawingError(f"{self.name} is inside out: flip its normals")
 
     @classmethod
     def of_triangles(cls, name: str, points: ArrayLike) -> Surface3D:
@@ -147,17 +147,17 @@ def read_stl(file: Path, *, unit_mm: float | None) -> Surface3D:
 
     Raises
     ------
-    SectionError
+    DrawingError
         If the file is neither kind of STL, or its surface is not closed.
     """
     if unit_mm is None or not 1e-6 < unit_mm < 1e6:
-        raise SectionError(
+        raise DrawingError(
             f"{file.name}: STL files have no unit; say what a unit is in mm (it was {unit_mm})"
         )
     try:
         content = file.read_bytes()
     except OSError as error:
-        raise SectionError(f"cannot read {file}: {error.strerror}") from error
+        raise DrawingError(f"cannot read {file}: {error.strerror}") from error
     count = int.from_bytes(content[HEADER_BYTES - 4 : HEADER_BYTES], "little")
     expected = HEADER_BYTES + count * TRIANGLE.itemsize
     if len(content) >= HEADER_BYTES and len(content) == expected:
@@ -166,12 +166,12 @@ def read_stl(file: Path, *, unit_mm: float | None) -> Surface3D:
     elif content.lstrip()[:5].lower() == b"solid":
         points = _ascii_triangles(content, file.name)
     else:
-        raise SectionError(
+        raise DrawingError(
             f"{file.name} is not STL: it has {len(content)} bytes, a binary file of its "
             f"{count} triangles would have {expected}"
         )
     if not np.all(np.abs(points) <= LARGEST_MM / unit_mm):
-        raise SectionError(
+        raise DrawingError(
             f"{file.name} has coordinates beyond {LARGEST_MM:g} mm, or some that are not numbers: "
             "check the unit, or export the file again"
         )
@@ -185,7 +185,7 @@ def cut(surface: Surface3D, plane: CutPlane) -> list[CutLoop]:
 
     Raises
     ------
-    SectionError
+    DrawingError
         If the plane misses the surface, or the curves touch or cross themselves or each other.
     """
     right_up_out = (surface.corners - np.asarray(plane.point)) @ plane.axes.T
@@ -194,7 +194,7 @@ def cut(surface: Surface3D, plane: CutPlane) -> list[CutLoop]:
     sides = above[surface.triangles]
     crossed = surface.triangles[sides.any(axis=1) & ~sides.all(axis=1)]
     if len(crossed) == 0:
-        raise SectionError(
+        raise DrawingError(
             f"the plane misses {surface.name}: the surface lies {height.min():.4g} ... "
             f"{height.max():.4g} mm in front of it; move the plane into that range"
         )
@@ -212,7 +212,7 @@ def cut(surface: Surface3D, plane: CutPlane) -> list[CutLoop]:
     points = ((1 - share) * right_up_out[entry[:, 0]] + share * right_up_out[entry[:, 1]])[:, :2]
     loops = [loop for ring in _cycles(after) if (loop := _loop(points[ring], surface.name))]
     if not loops:
-        raise SectionError(f"the plane only touches {surface.name}: move it a little")
+        raise DrawingError(f"the plane only touches {surface.name}: move it a little")
     _refuse_crossing(loops, surface.name)
     return sorted(loops, key=lambda loop: -loop.outline.area)
 
@@ -250,7 +250,7 @@ def _refuse_crossing(loops: list[CutLoop], name: str) -> None:
     for i, j in zip(*shapely.STRtree(rings).query(rings, "intersects"), strict=True):
         if i < j:
             where = shapely.intersection(rings[i], rings[j]).representative_point()
-            raise SectionError(
+            raise DrawingError(
                 f"two of the {len(rings)} curves in the cut through {name} meet at "
                 f"({where.x:.4g}, {where.y:.4g}) mm: the surface goes through itself, "
                 "or the plane through an edge; mend it or move the plane a little"
@@ -267,15 +267,15 @@ def _ascii_triangles(content: bytes, name: str) -> Array:
             try:
                 x, y, z = (float(word) for word in words[1:])
             except ValueError as error:
-                raise SectionError(f"{name}, line {number}: {line.strip()[:60]!r}") from error
+                raise DrawingError(f"{name}, line {number}: {line.strip()[:60]!r}") from error
             corners.append([x, y, z])
             in_facet += 1
         elif keyword == "endfacet":
             if in_facet != 3:
-                raise SectionError(f"{name}, line {number}: a facet with {in_facet} corners")
+                raise DrawingError(f"{name}, line {number}: a facet with {in_facet} corners")
             in_facet = 0
         elif keyword not in ("", "solid", "facet", "outer", "endloop", "endsolid"):
-            raise SectionError(f"{name}, line {number}: {keyword[:20]!r} is not a word of STL")
+            raise DrawingError(f"{name}, line {number}: {keyword[:20]!r} is not a word of STL")
     if in_facet:
-        raise SectionError(f"{name} ends within a facet: the file is cut short")
+        raise DrawingError(f"{name} ends within a facet: the file is cut short")
     return np.array(corners, float).reshape(-1, 3, 3)

@@ -15,7 +15,7 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry2d.drawings.chains import Chain, SectionError, bezier
+from geometry2d.drawings.chains import Chain, DrawingError, bezier
 
 Array = NDArray[np.float64]
 
@@ -54,10 +54,10 @@ def read_svg(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
 
     Raises
     ------
-    SectionError
+    DrawingError
         If the file is not SVG, has no unit, or holds something that cannot be followed.
     """
-    reader = _Reader(file.name, unit_mm)
+    reader = _SvgReader(file.name, unit_mm)
     parser = expat.ParserCreate()
     parser.StartElementHandler = reader.start
     parser.EndElementHandler = reader.end
@@ -65,13 +65,13 @@ def read_svg(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
     try:
         parser.Parse(file.read_bytes(), True)
     except OSError as error:
-        raise SectionError(f"cannot read {file}: {error.strerror}") from error
+        raise DrawingError(f"cannot read {file}: {error.strerror}") from error
     except (expat.ExpatError, LookupError) as error:
-        raise SectionError(f"{file.name} is not valid XML: {error}") from error
+        raise DrawingError(f"{file.name} is not valid XML: {error}") from error
     return reader.chains
 
 
-class _Reader:
+class _SvgReader:
     """Follows the elements of the file and keeps the transform of the group it is in."""
 
     def __init__(self, file: str, unit_mm: float | None) -> None:
@@ -84,7 +84,7 @@ class _Reader:
         name = tag.removeprefix("svg:")
         if not self._maps:
             if name != "svg":
-                raise SectionError(f"{self._file} is not an SVG drawing: it starts with <{tag}>")
+                raise DrawingError(f"{self._file} is not an SVG drawing: it starts with <{tag}>")
             self._maps.append(self._drawing_to_mm(attributes))
             return
         if self._hidden or name in UNSEEN or _invisible(attributes):
@@ -93,7 +93,7 @@ class _Reader:
         called = attributes.get("inkscape:label") or attributes.get("id") or name
         where = f"{self._file}: {called!r}"
         if name in REFUSED or name == "svg":
-            raise SectionError(f"{where} is a <{name}>: replace it by plain paths")
+            raise DrawingError(f"{where} is a <{name}>: replace it by plain paths")
         to_mm = _after(self._maps[-1], _transform(attributes.get("transform", ""), where))
         self._maps.append(to_mm)
         if name in SHAPES:
@@ -106,7 +106,7 @@ class _Reader:
             self._maps.pop()
 
     def refuse_entity(self, name: str, *rest: object) -> None:
-        raise SectionError(
+        raise DrawingError(
             f"{self._file} declares the entity {name!r}: save it as plain SVG without entities"
         )
 
@@ -114,7 +114,7 @@ class _Reader:
         """Return the map (2, 3) from user units with y down to mm with y up."""
         view = _numbers(attributes.get("viewBox", ""), f"{self._file}: viewBox")
         if len(view) not in (0, 4) or (len(view) == 4 and min(view[2:]) <= 0):
-            raise SectionError(f"{self._file}: viewBox {view} is not x, y, width and height")
+            raise DrawingError(f"{self._file}: viewBox {view} is not x, y, width and height")
         sizes = [_millimetres(attributes.get(key, "")) for key in ("width", "height")]
         stated = [size for size in sizes if size is not None]
         unit = self._unit_mm
@@ -124,19 +124,19 @@ class _Reader:
             units = [size / w for size, w in zip(sizes, view[2:], strict=True) if size is not None]
             unit = units[0]
             if not np.allclose(units, unit, rtol=1e-3):
-                raise SectionError(
+                raise DrawingError(
                     f"{self._file}: width and height make a user unit {units[0]:.4g} mm wide and "
                     f"{units[1]:.4g} mm high: give the page the proportions of its viewBox"
                 )
         if unit is None:
-            raise SectionError(
+            raise DrawingError(
                 f"{self._file} has no physical size (width {attributes.get('width')!r}): set the "
                 'page\'s width and height in mm, as width="50mm", or say what a user unit is'
             )
         if not 1e-6 < unit < 1e6:
-            raise SectionError(f"{self._file}: a user unit of {unit:.4g} mm is not for a drawing")
+            raise DrawingError(f"{self._file}: a user unit of {unit:.4g} mm is not for a drawing")
         if self._unit_mm is not None and not np.isclose(unit, self._unit_mm, rtol=1e-3):
-            raise SectionError(
+            raise DrawingError(
                 f"{self._file} says that a user unit is {unit:.4g} mm, not {self._unit_mm:g} mm"
             )
         x, y = view[:2] if view else (0.0, 0.0)
@@ -157,13 +157,13 @@ class _Shape:
         text = self.attributes.get(key, "0").strip()
         found = _numbers(text.removesuffix("px"), f"{self.where}: {key}")
         if len(found) != 1:
-            raise SectionError(f"{self.where}: {key} = {text!r} is not a number in user units")
+            raise DrawingError(f"{self.where}: {key} = {text!r} is not a number in user units")
         return found[0]
 
     def points(self) -> Array:
         numbers = _numbers(self.attributes.get("points", ""), f"{self.where}: points")
         if len(numbers) % 2:
-            raise SectionError(f"{self.where}: {len(numbers)} coordinates are not pairs")
+            raise DrawingError(f"{self.where}: {len(numbers)} coordinates are not pairs")
         return np.reshape(numbers, (-1, 2))
 
     def polyline(self, points: Array) -> Chain:
@@ -232,12 +232,12 @@ def _arc(shape: _Shape, start: Array, numbers: Array, end: Array) -> Chain:
     if not np.any(radii) or not np.any(end - start):
         return shape.polyline(np.array([start, end]))
     if not np.all(radii > 0):
-        raise SectionError(f"{shape.where} has an arc with radii {radii.tolist()}")
+        raise DrawingError(f"{shape.where} has an arc with radii {radii.tolist()}")
     c, s = np.cos(tilt), np.sin(tilt)
     half = np.array([[c, s], [-s, c]]) @ (0.5 * (start - end)) / radii
     size = float(half @ half)
     if size > 1 + 1e-3:
-        raise SectionError(
+        raise DrawingError(
             f"{shape.where} has an arc of radii {radii.tolist()} that cannot reach from "
             f"{start.tolist()} to {end.tolist()} (user units): enlarge the radii"
         )
@@ -271,13 +271,13 @@ def _ellipse(shape: _Shape) -> list[Chain]:
     keys = ("r", "r") if "r" in shape.attributes else ("rx", "ry")
     rx, ry = (shape.length(key) for key in keys)
     if min(rx, ry) <= 0:
-        raise SectionError(f"{shape.where} has radius {min(rx, ry):g}: give it a size")
+        raise DrawingError(f"{shape.where} has radius {min(rx, ry):g}: give it a size")
     return [shape.ellipse(np.array([shape.length("cx"), shape.length("cy")]), (rx, ry))]
 
 
 def _rectangle(shape: _Shape) -> list[Chain]:
     if "rx" in shape.attributes or "ry" in shape.attributes:
-        raise SectionError(f"{shape.where} is a rounded rectangle: convert it to a path")
+        raise DrawingError(f"{shape.where} is a rounded rectangle: convert it to a path")
     x, y, width, height = (shape.length(key) for key in ("x", "y", "width", "height"))
     corners = np.array([(0, 0), (width, 0), (width, height), (0, height), (0, 0)])
     return [shape.polyline(corners + np.array([x, y]))]
@@ -299,11 +299,11 @@ def _commands(text: str, where: str) -> list[tuple[str, bool, Array]]:
     steps: list[tuple[str, bool, Array]] = []
     runs = re.split(r"([A-DF-Za-df-z])", text)  # e and E belong to numbers
     if runs[0].strip():
-        raise SectionError(f"{where}: path data start with {runs[0].strip()[:20]!r}, not with M")
+        raise DrawingError(f"{where}: path data start with {runs[0].strip()[:20]!r}, not with M")
     for letter, arguments in zip(runs[1::2], runs[2::2], strict=True):
         command = letter.upper()
         if command not in ARGUMENTS or (not steps and command != "M"):
-            raise SectionError(f"{where}: path data have {letter!r} where a command should be")
+            raise DrawingError(f"{where}: path data have {letter!r} where a command should be")
         numbers = _numbers(arguments, where, arcs=command == "A")
         each = ARGUMENTS[command]
         if each == 0 and not numbers:
@@ -314,7 +314,7 @@ def _commands(text: str, where: str) -> list[tuple[str, bool, Array]]:
                 step = "L" if command == "M" and k else command
                 steps.append((step, letter.islower(), np.array(numbers[k : k + each])))
         else:
-            raise SectionError(f"{where}: {letter} has {len(numbers)} numbers, not {each} each")
+            raise DrawingError(f"{where}: {letter} has {len(numbers)} numbers, not {each} each")
     return steps
 
 
@@ -328,10 +328,10 @@ def _numbers(text: str, where: str, *, arcs: bool = False) -> list[float]:
     while at < len(text):
         found = (FLAG if arcs and len(numbers) % 7 in (3, 4) else NUMBER).match(text, at)
         if not found:
-            raise SectionError(f"{where}: {text[at : at + 20]!r} stands where a number should be")
+            raise DrawingError(f"{where}: {text[at : at + 20]!r} stands where a number should be")
         numbers.append(float(found.group()))
         if abs(numbers[-1]) > LARGEST_NUMBER:
-            raise SectionError(f"{where}: {found.group()} is too large for a drawing")
+            raise DrawingError(f"{where}: {found.group()} is too large for a drawing")
         at = SEPARATOR.match(text, found.end()).end()  # type: ignore[union-attr]
     return numbers
 
@@ -349,7 +349,7 @@ def _transform(text: str, where: str) -> Array:
     result = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     rest = re.sub(r"\w+\s*\([^()]*\)", "", text).replace(",", "").strip()
     if rest:
-        raise SectionError(f"{where}: transform {text[:40]!r} cannot be read")
+        raise DrawingError(f"{where}: transform {text[:40]!r} cannot be read")
     for kind, inner in re.findall(r"(\w+)\s*\(([^()]*)\)", text):
         result = _after(result, _one_transform(kind, _numbers(inner, where), where))
     return result
@@ -370,7 +370,7 @@ def _one_transform(kind: str, n: list[float], where: str) -> Array:
         slope = float(np.tan(np.radians(n[0])))
         across, up = (slope, 0.0) if kind == "skewX" else (0.0, slope)
         return np.array([[1.0, across, 0.0], [up, 1.0, 0.0]])
-    raise SectionError(f"{where}: transform {kind} with {len(n)} numbers is not known")
+    raise DrawingError(f"{where}: transform {kind} with {len(n)} numbers is not known")
 
 
 def _after(outer: Array, inner: Array) -> Array:

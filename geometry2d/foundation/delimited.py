@@ -35,7 +35,7 @@ STARTS_FORMULA = ("=", "+", "-", "@")
 """A cell that begins so is computed by spreadsheets instead of shown."""
 
 
-class Row(NamedTuple):
+class TableRow(NamedTuple):
     """The cells of a row, without space around them, and the line on which it ends."""
 
     line: int
@@ -47,7 +47,7 @@ class Rows:
     """The rows of a table, its header among them, and what separates their cells."""
 
     file: Path
-    rows: list[Row]
+    rows: list[TableRow]
     separator: str
     complete: bool
     """Whether the last line ends as lines do."""
@@ -79,12 +79,12 @@ def rows_of(file: Path, text: str, *, error: type[DrinksimError], separator: str
     header = table.partition("\n")[0]
     separator = separator or max(SEPARATORS, key=header.count)
     reader = csv.reader(io.StringIO(table, newline=""), delimiter=separator, strict=True)
-    rows: list[Row] = []
+    rows: list[TableRow] = []
     try:
         for cells in reader:
             stripped = [cell.strip() for cell in cells]
             if any(stripped):
-                rows.append(Row(reader.line_num + skipped, stripped))
+                rows.append(TableRow(reader.line_num + skipped, stripped))
     except csv.Error as problem:
         line = reader.line_num + skipped
         if "field limit" in str(problem):
@@ -115,7 +115,7 @@ class NamedTable:
 
     file: Path
     header: tuple[str, ...]
-    rows: list[Row]
+    rows: list[TableRow]
     separator: str
     error: type[DrinksimError]
     _decimals: set[str] = field(default_factory=set, repr=False, compare=False)
@@ -143,7 +143,7 @@ class NamedTable:
         k = self.header.index(name)
         return np.array([self._number(row, k, name, blank) for row in self.rows], float)
 
-    def _number(self, row: Row, k: int, name: str, blank: bool) -> float:
+    def _number(self, row: TableRow, k: int, name: str, blank: bool) -> float:
         cell = row.cells[k]
         where = f"{self.file} line {row.line}: {name} = {quoted(cell)}"
         if blank and not cell:
@@ -249,7 +249,7 @@ def _decimals(cell: str) -> int:
     return len(cell) - 1 - mark if mark >= 0 else 0
 
 
-def _other_width(file: Path, row: Row, width: int, separator: str) -> str:
+def _other_width(file: Path, row: TableRow, width: int, separator: str) -> str:
     hint = ""
     if separator == "," and len(row.cells) > width:
         hint = "; decimal commas need another separator, such as semicolons"

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.foundation.errors import DrinksimError
 from mocap.motion.turning import Cause, Flattening, flattening
-from mocap.tracking.markers import Lens, MarkerFile, PlanePoints
+from mocap.tracking.markers import Intrinsics, MarkerFile, PlanePoints
 from mocap.tracking.tracks import Tracks
 
 Array: TypeAlias = NDArray[np.float64]
@@ -45,7 +45,7 @@ class ScaleError(DrinksimError):
 
 
 @dataclass(frozen=True)
-class Picture:
+class PictureFormat:
     """Size of the picture (px) and the width of a pixel over its height."""
 
     width: int
@@ -83,7 +83,7 @@ class BodyScale:
     flattening: Flattening
 
 
-def axis_px(lens: Lens, picture: Picture) -> Array:
+def axis_px(lens: Intrinsics, picture: PictureFormat) -> Array:
     """Return where the camera's axis meets the picture (2,), px."""
     middle = (0.5 * (picture.width - 1), 0.5 * (picture.height - 1))
     return np.array(
@@ -94,7 +94,7 @@ def axis_px(lens: Lens, picture: Picture) -> Array:
     )
 
 
-def undistorted(points_px: ArrayLike, lens: Lens, picture: Picture) -> Array:
+def undistorted(points_px: ArrayLike, lens: Intrinsics, picture: PictureFormat) -> Array:
     """Return picture points (..., 2) as a perfect lens and square pixels would show them.
 
     The polynomial of Brown (1966) as OpenCV writes it is inverted by Newton iterations with a
@@ -102,7 +102,7 @@ def undistorted(points_px: ArrayLike, lens: Lens, picture: Picture) -> Array:
     """
     points = np.asarray(points_px, float)
     centre = axis_px(lens, picture)
-    if not lens.bends:
+    if not lens.is_distorting:
         ratio = picture.pixel_aspect if lens.fx is None or lens.fy is None else lens.fy / lens.fx
         flat: Array = centre + (points - centre) * np.array([ratio, 1.0])
         return flat
@@ -113,9 +113,9 @@ def undistorted(points_px: ArrayLike, lens: Lens, picture: Picture) -> Array:
     step = 1e-6
     along = step * np.eye(2)
     for _ in range(20):
-        error = _distorted(guess, lens) - target
-        along_x = (_distorted(guess + along[0], lens) - _distorted(guess, lens)) / step
-        along_y = (_distorted(guess + along[1], lens) - _distorted(guess, lens)) / step
+        error = lens.distorted(guess) - target
+        along_x = (lens.distorted(guess + along[0]) - lens.distorted(guess)) / step
+        along_y = (lens.distorted(guess + along[1]) - lens.distorted(guess)) / step
         determinant = along_x[..., 0] * along_y[..., 1] - along_y[..., 0] * along_x[..., 1]
         dx = (error[..., 0] * along_y[..., 1] - error[..., 1] * along_y[..., 0]) / determinant
         dy = (along_x[..., 0] * error[..., 1] - along_x[..., 1] * error[..., 0]) / determinant
@@ -126,21 +126,7 @@ def undistorted(points_px: ArrayLike, lens: Lens, picture: Picture) -> Array:
     return straight
 
 
-def _distorted(points: Array, lens: Lens) -> Array:
-    """Return normalised points (..., 2) displaced as the lens does (OpenCV's five coefficients)."""
-    x, y = points[..., 0], points[..., 1]
-    r2 = x * x + y * y
-    radial = 1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3))
-    return np.stack(
-        [
-            x * radial + 2 * lens.p1 * x * y + lens.p2 * (r2 + 2 * x * x),
-            y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y,
-        ],
-        axis=-1,
-    )
-
-
-def flattened(points_px: ArrayLike, markers: MarkerFile, picture: Picture) -> Array:
+def flattened(points_px: ArrayLike, markers: MarkerFile, picture: PictureFormat) -> Array:
     """Return picture points (..., 2) without errors of lens, pixel shape and slanted view.
 
     They stay px, or with ``[plane]`` become mm with y down.

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.foundation.errors import DrinksimError
+from mocap.video.lens import Distortion
 
 Array = NDArray[np.float64]
-Image = NDArray[np.float32]
-Frame = NDArray[np.uint8]
+LinearImage = NDArray[np.float32]
+Image = NDArray[np.uint8]
 Colour = tuple[float, float, float]
 
 
@@ -24,44 +25,20 @@ class SyntheticError(DrinksimError):
     """A scene or camera was described that cannot be drawn."""
 
 
-@dataclass(frozen=True)
-class Lens:
+@dataclass(frozen=True, kw_only=True)
+class Lens(Distortion):
     """Distortion and sharpness of a lens.
 
     Parameters
     ----------
-    k1, k2, p1, p2, k3
-        OpenCV's coefficients: radial k1, k2, k3, tangential p1, p2.
     blur_px
         Standard deviation of the point spread function, px.
     vignetting
         Fraction of the light that is lost in the corners of the picture.
     """
 
-    k1: float = 0.0
-    k2: float = 0.0
-    p1: float = 0.0
-    p2: float = 0.0
-    k3: float = 0.0
     blur_px: float = 0.0
     vignetting: float = 0.0
-
-    def distorted(self, normalised: ArrayLike) -> Array:
-        """Return where ideal normalised image points (..., 2) appear, also normalised.
-
-        Brown's model in OpenCV's convention (calib3d, "Detailed description").
-        """
-        point = np.asarray(normalised, float)
-        x, y = point[..., 0], point[..., 1]
-        r2 = x * x + y * y
-        radial = 1 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
-        return np.stack(
-            [
-                x * radial + 2 * self.p1 * x * y + self.p2 * (r2 + 2 * x * x),
-                y * radial + self.p1 * (r2 + 2 * y * y) + 2 * self.p2 * x * y,
-            ],
-            axis=-1,
-        )
 
 
 @dataclass(frozen=True)
@@ -190,7 +167,7 @@ class Sensor:
                 "infinite: give the full well, which says how bright an electron is"
             )
 
-    def read_out(self, light: Image, frame: int) -> Frame:
+    def read_out(self, light: LinearImage, frame: int) -> Image:
         """Return grey levels 0...255 for linear light (rows, columns, 3), 1 being white."""
         if np.isfinite(self.full_well_e):
             generator = np.random.default_rng([self.seed, frame])

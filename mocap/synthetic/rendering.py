@@ -22,22 +22,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.rigid import RigidPlacement
-from mocap.synthetic.camera import Camera, Colour, Frame, Image, Lens, Sensor, SyntheticError
+from mocap.synthetic.camera import Camera, Colour, Image, Lens, LinearImage, Sensor, SyntheticError
 from mocap.synthetic.raster import coverage
-from mocap.synthetic.scene import BLACK, WHITE, Body, Light, Marker, Scene, Shape, disc
+from mocap.synthetic.scene import BLACK, WHITE, Light, Marker, Scene, SceneBody, Shape, disc
 
 __all__ = [
     "BLACK",
     "WHITE",
-    "Body",
     "Camera",
     "Colour",
-    "Frame",
+    "Image",
     "Lens",
     "Light",
     "Marker",
     "MarkerTruth",
     "Scene",
+    "SceneBody",
     "Sensor",
     "Shape",
     "SyntheticError",
@@ -93,7 +93,7 @@ def render(
     sensor: Sensor,
     times_s: ArrayLike,
     frames: Iterable[int] | None = None,
-) -> Iterator[tuple[Frame, Truth]]:
+) -> Iterator[tuple[Image, Truth]]:
     """Yield frames (rows, columns, 3) uint8 RGB with their truth.
 
     Frames are drawn one by one as they are asked for, so memory does not grow with the length.
@@ -114,10 +114,10 @@ def render(
         yield sensor.read_out(light, index), truth_at(scene, camera, time, index)
 
 
-def exposed(scene: Scene, camera: Camera, sensor: Sensor, time_s: float) -> Image:
+def exposed(scene: Scene, camera: Camera, sensor: Sensor, time_s: float) -> LinearImage:
     """Return the linear light (rows, columns, 3), 1 being white, that one exposure collects."""
     instants = exposure_instants(scene, camera, time_s)
-    total: Image = np.zeros((camera.height, camera.width, 3), np.float32)
+    total: LinearImage = np.zeros((camera.height, camera.width, 3), np.float32)
     for instant in instants:
         total += _drawn(scene, camera, sensor, float(instant))
     total *= np.float32(
@@ -165,7 +165,7 @@ def truth_at(scene: Scene, camera: Camera, time_s: float, frame: int) -> Truth:
 
 def write_recording(
     path: Path,
-    frames: Iterable[Frame],
+    frames: Iterable[Image],
     times_s: ArrayLike,
     *,
     crf: float = 20.0,
@@ -296,8 +296,8 @@ class _Window:
         return coverage(corners_px - [self.left, self.top], self.shape).astype(np.float32)
 
 
-def _drawn(scene: Scene, camera: Camera, sensor: Sensor, time_s: float) -> Image:
-    picture: Image = np.empty((camera.height, camera.width, 3), np.float32)
+def _drawn(scene: Scene, camera: Camera, sensor: Sensor, time_s: float) -> LinearImage:
+    picture: LinearImage = np.empty((camera.height, camera.width, 3), np.float32)
     picture[:] = sensor.linear(scene.background)
     for body in scene.bodies:
         placement = body.motion.at(time_s)
@@ -322,7 +322,7 @@ def _drawn(scene: Scene, camera: Camera, sensor: Sensor, time_s: float) -> Image
 
 
 def _named(
-    shape: Shape, body: Body, named: Mapping[str, tuple[_Window, NDArray[np.float32]]]
+    shape: Shape, body: SceneBody, named: Mapping[str, tuple[_Window, NDArray[np.float32]]]
 ) -> tuple[_Window, NDArray[np.float32]]:
     """Return the window and coverage of the earlier shape that a shape is confined to."""
     if shape.inside is None or shape.inside not in named:
@@ -333,7 +333,9 @@ def _named(
     return named[shape.inside]
 
 
-def _outlines(body: Body, placement: RigidPlacement, camera: Camera) -> list[tuple[Shape, Array]]:
+def _outlines(
+    body: SceneBody, placement: RigidPlacement, camera: Camera
+) -> list[tuple[Shape, Array]]:
     """Return the body's shapes in drawing order with their corners in the picture, px."""
     if not body.drawn():
         return []
@@ -342,7 +344,7 @@ def _outlines(body: Body, placement: RigidPlacement, camera: Camera) -> list[tup
 
 
 def _projected(
-    body: Body, placement: RigidPlacement, camera: Camera
+    body: SceneBody, placement: RigidPlacement, camera: Camera
 ) -> tuple[Array, NDArray[np.intp]]:
     """Return the corners of all shapes, one after the other, in px, and where each shape ends."""
     shapes = body.drawn()
@@ -367,7 +369,7 @@ def _softened(window: _Window, corners_px: Array, softness_px: float) -> NDArray
     return np.asarray(whole[: window.shape[0], : window.shape[1]], np.float32)
 
 
-def _illumination(light: Light, camera: Camera) -> Image:
+def _illumination(light: Light, camera: Camera) -> LinearImage:
     """Relative light (rows, columns): slope across the picture and the lens' vignetting."""
     x = np.linspace(-1, 1, camera.width, dtype=np.float32)[None]
     y = np.linspace(-1, 1, camera.height, dtype=np.float32)[:, None]

@@ -117,7 +117,7 @@ class Marker:
 
 
 @dataclass(frozen=True)
-class Body:
+class SceneBody:
     """Shapes and markers that move together; later ones are drawn over earlier ones."""
 
     name: str
@@ -151,7 +151,7 @@ class Light:
 class Scene:
     """Bodies in drawing order (an occluder is a body that comes late) before a background."""
 
-    bodies: tuple[Body, ...]
+    bodies: tuple[SceneBody, ...]
     background: Colour = (0.72, 0.75, 0.77)
     light: Light = field(default_factory=Light)
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
 from mocap.tracking.detect import Detection, detect, refit
-from mocap.tracking.refind import Lost, Shape, found_again, overlap
+from mocap.tracking.refind import Lost, MarkerVectors, found_again, overlap
 from mocap.tracking.tracks import Tracks
 
 Image: TypeAlias = NDArray[np.uint8]
@@ -312,7 +312,7 @@ class Tracker:
             gap_s = self._times[-1] - follower.seen_s
             lost.append(Lost(follower.name, follower.body, expected, gate, gap_s, tuple(spots)))
         bodies = {name: follower.body for name, follower in self._followers.items()}
-        return found_again(lost, found, bodies, Shape(self._vectors))
+        return found_again(lost, found, bodies, MarkerVectors(self._vectors))
 
     def _candidates(
         self, image: Image, at: tuple[float, float], gate: float, follower: Follower

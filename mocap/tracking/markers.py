@@ -20,6 +20,7 @@ from typing import Any
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.text import quoted
 from geometry2d.foundation.toml import read_toml, shown
+from mocap.video.lens import Distortion
 
 EXAMPLE = """\
 [scale]
@@ -93,24 +94,22 @@ class MarkerFileError(DrinksimError):
     """A marker file that cannot be used."""
 
 
-@dataclass(frozen=True)
-class Lens:
-    """Camera constants by OpenCV's names, px; ``cx``/``cy`` None: the middle of the picture."""
+@dataclass(frozen=True, kw_only=True)
+class Intrinsics(Distortion):
+    """Camera constants by OpenCV's names.
+
+    Attributes
+    ----------
+    fx, fy
+        Focal lengths, px; None if not known.
+    cx, cy
+        Where the camera's axis meets the picture, px; None: the middle of the picture.
+    """
 
     fx: float | None = None
     fy: float | None = None
     cx: float | None = None
     cy: float | None = None
-    k1: float = 0.0
-    k2: float = 0.0
-    p1: float = 0.0
-    p2: float = 0.0
-    k3: float = 0.0
-
-    @property
-    def bends(self) -> bool:
-        """Whether the lens draws straight lines crooked."""
-        return any((self.k1, self.k2, self.p1, self.p2, self.k3))
 
 
 @dataclass(frozen=True)
@@ -141,7 +140,7 @@ class MarkerFile:
     path: Path
     scale_mm: Mapping[str, float]
     scale_sigma_mm: Mapping[str, float]
-    lens: Lens
+    lens: Intrinsics
     positions_px: Mapping[str, tuple[float, float] | None]
     bodies: Mapping[str, tuple[str, ...]]
     moving: str
@@ -172,10 +171,10 @@ def read_markers(path: Path | str) -> MarkerFile:
     """
     file = Path(path)
     data = read_toml(file, what="marker file", error=MarkerFileError)
-    return _Reader(file, data).read()
+    return _MarkerFileReader(file, data).read()
 
 
-class _Reader:
+class _MarkerFileReader:
     """Turns the tables of one file into a MarkerFile, each message naming the file."""
 
     def __init__(self, path: Path, data: dict[str, Any]) -> None:
@@ -317,15 +316,15 @@ class _Reader:
                     "position of one of them"
                 )
 
-    def _lens(self) -> Lens:
+    def _lens(self) -> Intrinsics:
         table = self._table("lens")
         self._known("[lens]", table, LENS_KEYS)
-        lens = Lens(**{key: self._number("lens", key) for key in table})
+        lens = Intrinsics(**{key: self._number("lens", key) for key in table})
         for key in ("fx", "fy"):
             value = getattr(lens, key)
             if value is not None and value <= 0:
                 raise self._error(f"[lens] {key} = {value}: focal lengths are positive, in px")
-        if lens.bends and (lens.fx is None or lens.fy is None):
+        if lens.is_distorting and (lens.fx is None or lens.fy is None):
             raise self._error(
                 "[lens] gives distortion without fx and fy: add the focal lengths in px, the "
                 "coefficients have no meaning without them"

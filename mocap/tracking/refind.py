@@ -43,17 +43,17 @@ class Lost:
 
 
 @dataclass(frozen=True)
-class Shape:
+class MarkerVectors:
     """Vectors (px) between markers when both were last seen."""
 
-    vectors: Mapping[tuple[str, str], tuple[float, float]]
+    px: Mapping[tuple[str, str], tuple[float, float]]
 
     def between(self, one: str, other: str) -> tuple[float, float] | None:
         """Return the vector from one marker to another, if it was ever seen."""
-        if (one, other) in self.vectors:
-            return self.vectors[one, other]
-        if (other, one) in self.vectors:
-            x, y = self.vectors[other, one]
+        if (one, other) in self.px:
+            return self.px[one, other]
+        if (other, one) in self.px:
+            x, y = self.px[other, one]
             return -x, -y
         return None
 
@@ -62,7 +62,7 @@ def found_again(
     lost: Sequence[Lost],
     seen: Mapping[str, Detection],
     bodies: Mapping[str, str | None],
-    shape: Shape,
+    vectors: MarkerVectors,
 ) -> dict[str, Detection]:
     """Return the lost markers that can be told with confidence.
 
@@ -74,7 +74,7 @@ def found_again(
         Markers found in this picture already.
     bodies
         The body of each marker.
-    shape
+    vectors
         How the markers of a body lie to each other.
     """
     groups: dict[str, list[Lost]] = {}
@@ -83,7 +83,7 @@ def found_again(
     choices = []
     for body, markers in groups.items():
         mates = {name: spot for name, spot in seen.items() if bodies[name] == body}
-        hypotheses = sorted(_hypotheses(markers, mates, shape), key=lambda item: item[0])
+        hypotheses = sorted(_hypotheses(markers, mates, vectors), key=lambda item: item[0])
         choices.append(hypotheses[:MOST_HYPOTHESES])
     best: tuple[float, Hypothesis] = (math.inf, {})
     for combination in itertools.product(*choices):
@@ -95,7 +95,7 @@ def found_again(
 
 
 def _hypotheses(
-    markers: Sequence[Lost], mates: Mapping[str, Detection], shape: Shape
+    markers: Sequence[Lost], mates: Mapping[str, Detection], vectors: MarkerVectors
 ) -> Iterator[tuple[float, Hypothesis]]:
     """Yield the admissible hypotheses about one body with their costs."""
     options = []
@@ -107,9 +107,9 @@ def _hypotheses(
         if not _all_apart(list(chosen.values()), []):
             continue
         gap = max(marker.gap_s for marker in markers)
-        if not _keeps_shape(chosen, mates, shape, gap):
+        if not _keeps_shape(chosen, mates, vectors, gap):
             continue
-        if not mates and len(chosen) == 1 and not _beyond_doubt(markers, chosen, shape):
+        if not mates and len(chosen) == 1 and not _beyond_doubt(markers, chosen, vectors):
             continue
         cost = sum(
             COST_OF_NONE if s is None else (_away(m, s) / m.gate_px) ** 2
@@ -119,12 +119,15 @@ def _hypotheses(
 
 
 def _keeps_shape(
-    chosen: Mapping[str, Detection], mates: Mapping[str, Detection], shape: Shape, gap_s: float
+    chosen: Mapping[str, Detection],
+    mates: Mapping[str, Detection],
+    vectors: MarkerVectors,
+    gap_s: float,
 ) -> bool:
     """Whether all distances within a body are what they were, and no pair has turned too far."""
     everyone = {**mates, **chosen}
     for one, other in itertools.combinations(everyone, 2):
-        usual = shape.between(one, other)
+        usual = vectors.between(one, other)
         if usual is None or (one in mates and other in mates):
             continue
         dx, dy = everyone[other].x - everyone[one].x, everyone[other].y - everyone[one].y
@@ -137,12 +140,14 @@ def _keeps_shape(
     return True
 
 
-def _beyond_doubt(markers: Sequence[Lost], chosen: Mapping[str, Detection], shape: Shape) -> bool:
+def _beyond_doubt(
+    markers: Sequence[Lost], chosen: Mapping[str, Detection], vectors: MarkerVectors
+) -> bool:
     """Whether a lone spot is near enough to its place to be no other marker of its body."""
     (name, spot), *_ = chosen.items()
     marker = next(m for m in markers if m.name == name)
     for other in markers:
-        usual = shape.between(name, other.name) if other.name != name else None
+        usual = vectors.between(name, other.name) if other.name != name else None
         if usual is not None and _away(marker, spot) > LONE_SHARE * math.hypot(*usual):
             return False
     return True

@@ -13,7 +13,7 @@ from geometry2d.rigid import rotated
 from mocap.measurement import Measurement
 from mocap.motion.capture import Capture
 from mocap.motion.poses import Poses
-from mocap.motion.scale import BodyScale, Picture
+from mocap.motion.scale import BodyScale, PictureFormat
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.tracks import Tracks
 from mocap.video.frames import VideoInfo
@@ -25,7 +25,7 @@ def summary(
     timing: Timing,
     markers: MarkerFile,
     measured: Measurement,
-    picture: Picture,
+    picture: PictureFormat,
 ) -> dict[str, Any]:
     """Return everything worth knowing about a conversion, ready for JSON.
 

@@ -1,9 +1,9 @@
 """Scripted drinking motions: how head and neck move in a drawn recording.
 
 Reaching movements of people are well described by *minimum-jerk* steps (Flash & Hogan 1985), and
-longer ones by steps that overlap in time. A `Path` is such a sum: a starting pose and steps, each
-with its own beginning and end. Steps begin and end at rest with zero acceleration, so every path is
-twice continuously differentiable however they overlap.
+longer ones by steps that overlap in time. A `PosePath` is such a sum: a starting pose and steps,
+each with its own beginning and end. A step begins and ends at rest with zero acceleration, so
+every path is twice continuously differentiable, also where steps overlap.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class ChoreographyError(DrinksimError):
 
 
 @dataclass(frozen=True)
-class Step:
+class PoseStep:
     """One minimum-jerk movement: from when to when (s), by how much (mm, degrees)."""
 
     from_s: float
@@ -43,7 +43,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Path:
+class PosePath:
     """Where a body point goes and how the body turns meanwhile.
 
     Parameters
@@ -60,7 +60,7 @@ class Path:
     point_mm: tuple[float, float]
     start_mm: tuple[float, float]
     start_deg: float
-    steps: tuple[Step, ...] = ()
+    steps: tuple[PoseStep, ...] = ()
 
     def motion(self, time_s: ArrayLike) -> RigidMotion:
         """Return the motion sampled at times (n,), s."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
-from mocap.synthetic.rendering import BLACK, Body, Colour, Marker, Shape
+from mocap.synthetic.rendering import BLACK, Colour, Marker, SceneBody, Shape
 from scenarios.recordings.portrait import GLOW, MOUTH, SHADE, SKIN
 from scenarios.recordings.strokes import band, ellipse, pair, shifted, smooth, smooth_line, stroke
 
@@ -32,7 +32,7 @@ CARTONS: Mapping[str, tuple[Colour, Colour]] = {
 }
 
 
-def package_bodies(neck: NeckSection, carton: str, motion: RigidMotion) -> tuple[Body, ...]:
+def package_bodies(neck: NeckSection, carton: str, motion: RigidMotion) -> tuple[SceneBody, ...]:
     """Return the package, which moves with the neck, and the arm and the hand that hold it.
 
     Parameters
@@ -78,9 +78,9 @@ def package_bodies(neck: NeckSection, carton: str, motion: RigidMotion) -> tuple
     )
     grip = (float(top + GRIP_MM), float(axis))
     return (
-        Body("package", motion, tuple(shapes), markers),
+        SceneBody("package", motion, tuple(shapes), markers),
         _arm((grip[0] + 38.0, grip[1] - 36.0), motion),
-        Body("hand", motion, tuple(_hand(grip))),
+        SceneBody("hand", motion, tuple(_hand(grip))),
     )
 
 
@@ -101,7 +101,7 @@ def _crests(wall: Outline, stretches: Mapping[str, tuple[float, float]]) -> list
     return list(points)
 
 
-def _arm(wrist: tuple[float, float], motion: RigidMotion) -> Body:
+def _arm(wrist: tuple[float, float], motion: RigidMotion) -> SceneBody:
     """Return the forearm: it follows the wrist, but turns less than the package."""
     outline = smooth(
         [
@@ -120,7 +120,7 @@ def _arm(wrist: tuple[float, float], motion: RigidMotion) -> Body:
     follows = RigidMotion.of_reference_point(
         motion.time_s, turn, motion.apply([wrist])[:, 0], (0.0, 0.0)
     )
-    return Body("arm", follows, tuple(_rounded("arm", outline, 11.0)))
+    return SceneBody("arm", follows, tuple(_rounded("arm", outline, 11.0)))
 
 
 def _hand(wrist: tuple[float, float]) -> list[Shape]:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.rigid import RigidMotion
-from mocap.synthetic.rendering import Body, Colour, Marker, Shape
+from mocap.synthetic.rendering import Colour, Marker, SceneBody, Shape
 from scenarios.recordings.strokes import arc, ellipse, pair, shifted, smooth, smooth_line, stroke
 
 Array = NDArray[np.float64]
@@ -40,7 +40,7 @@ IRIS: Colour = (0.30, 0.24, 0.18)
 SHIRT: Colour = (0.25, 0.33, 0.42)
 
 
-def head_body(section: HeadSection, motion: RigidMotion) -> Body:
+def head_body(section: HeadSection, motion: RigidMotion) -> SceneBody:
     """Return the head in profile with the ear and the nose marker."""
     spots = section.landmarks
     face = _silhouette(np.asarray(section.profile))
@@ -56,26 +56,26 @@ def head_body(section: HeadSection, motion: RigidMotion) -> Body:
         Marker.patch("ear", pair(spots["ear"]), turn_deg=6.0, depth_mm=FACE_DEPTH_MM),
         Marker.patch("nose", pair(spots["nose"]), turn_deg=-24.0, depth_mm=FACE_DEPTH_MM),
     )
-    return Body("head", motion, tuple(shapes), markers)
+    return SceneBody("head", motion, tuple(shapes), markers)
 
 
-def jaw_body(section: HeadSection, motion: RigidMotion) -> Body:
+def jaw_body(section: HeadSection, motion: RigidMotion) -> SceneBody:
     """Return the two markers on the skin over the jaw."""
     turns = {"jaw_front": 15.0, "jaw_back": -8.0}
     markers = tuple(
         Marker.patch(name, pair(section.landmarks[name]), turn_deg=turn, depth_mm=FACE_DEPTH_MM)
         for name, turn in turns.items()
     )
-    return Body("jaw", motion, markers=markers)
+    return SceneBody("jaw", motion, markers=markers)
 
 
-def trunk_body() -> Body:
+def trunk_body() -> SceneBody:
     """Return the shoulder, which rests."""
     shoulder = smooth(
         [(-190, -150), (-95, -128), (-40, -150), (10, -178), (60, -205), (110, -290), (-190, -290)]
     )
     resting = RigidMotion(np.zeros(1), np.zeros(1), np.zeros((1, 2)))
-    return Body("trunk", resting, (Shape(shoulder, SHIRT),))
+    return SceneBody("trunk", resting, (Shape(shoulder, SHIRT),))
 
 
 def _silhouette(profile: Array) -> Array:

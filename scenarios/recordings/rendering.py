@@ -14,7 +14,7 @@ import csv
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path as File
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from geometry2d.neck import NECKS, NeckSection, neck_section
 from geometry2d.rigid import RigidMotion, rotated
 from mocap.synthetic.rendering import (
     Camera,
-    Frame,
+    Image,
     Lens,
     Light,
     Scene,
@@ -38,12 +38,12 @@ from mocap.synthetic.rendering import (
     write_recording,
     write_truth,
 )
-from scenarios.recordings.choreography import Path, Step
+from scenarios.recordings.choreography import PosePath, PoseStep
 from scenarios.recordings.held_package import package_bodies
 from scenarios.recordings.portrait import BACKGROUND, head_body, jaw_body, trunk_body
 from scenarios.settings.tables import SettingError, table_from
 
-LIBRARY = File(__file__).parents[1] / "library"
+LIBRARY = Path(__file__).parents[1] / "library"
 SAMPLES_PER_S = 200.0
 MARGIN_S = 0.1
 MOTION_COLUMNS = (
@@ -66,7 +66,7 @@ class RenderingError(DrinksimError):
 
 
 @dataclass(frozen=True)
-class Recording:
+class RenderedRecording:
     """What is recorded: length (s), package, and how strongly the file is compressed."""
 
     name: str
@@ -97,13 +97,13 @@ class HeadScript:
     pivot_mm: tuple[float, float]
     start_deg: float
     jaw_opening_deg: float = HeadMeasurements().jaw_opening_deg
-    steps: tuple[Step, ...] = ()
-    slide: tuple[Step, ...] = ()
+    steps: tuple[PoseStep, ...] = ()
+    slide: tuple[PoseStep, ...] = ()
 
     def motion(self, time_s: Array) -> RigidMotion:
         """Return the motion of the canonical section in the world, ear at (0, 0) at first."""
         x, y = rotated(self.pivot_mm, np.radians(self.start_deg))
-        return Path(self.pivot_mm, (x, y), self.start_deg, self.steps).motion(time_s)
+        return PosePath(self.pivot_mm, (x, y), self.start_deg, self.steps).motion(time_s)
 
 
 @dataclass(frozen=True)
@@ -114,12 +114,12 @@ class Script:
     where it can be compared with lips, teeth and nose.
     """
 
-    recording: Recording
+    recording: RenderedRecording
     camera: Camera
     sensor: Sensor
     light: Light
     head: HeadScript
-    package: Path
+    package: PosePath
 
     def face(self) -> HeadSection:
         """Return the head section that is drawn: the library's, its jaw opened as the script says.
@@ -151,7 +151,7 @@ class Script:
 
     def jaw_motion(self) -> RigidMotion:
         """Return how the skin over the jaw moves in the world."""
-        slide = Path((0.0, 0.0), (0.0, 0.0), 0.0, self.head.slide)
+        slide = PosePath((0.0, 0.0), (0.0, 0.0), 0.0, self.head.slide)
         return self.head_motion() @ slide.motion(self.sampled_times())
 
 
@@ -170,13 +170,13 @@ def script_of(name: str) -> Script:
     return read_script(file)
 
 
-def read_script(file: File) -> Script:
+def read_script(file: Path) -> Script:
     """Read a script from TOML; unknown or missing keys are refused (`SettingError`)."""
     tables: dict[str, Any] = tomllib.loads(file.read_text(encoding="utf-8"))
     camera, head, package = (dict(tables[name]) for name in ("camera", "head", "package"))
     lens = table_from(Lens, camera.pop("lens", {}), where="camera.lens")
     steps = {
-        where: tuple(table_from(Step, step, where=where) for step in table.pop(key, []))
+        where: tuple(table_from(PoseStep, step, where=where) for step in table.pop(key, []))
         for where, table, key in (
             ("head.steps", head, "steps"),
             ("head.slide", head, "slide"),
@@ -184,7 +184,7 @@ def read_script(file: File) -> Script:
         )
     }
     return Script(
-        table_from(Recording, tables["recording"], where="recording"),
+        table_from(RenderedRecording, tables["recording"], where="recording"),
         replace(table_from(Camera, camera, where="camera"), lens=lens),
         table_from(Sensor, tables["sensor"], where="sensor"),
         table_from(Light, tables.get("light", {}), where="light"),
@@ -193,7 +193,7 @@ def read_script(file: File) -> Script:
             steps=steps["head.steps"],
             slide=steps["head.slide"],
         ),
-        replace(table_from(Path, package, where="package"), steps=steps["package.steps"]),
+        replace(table_from(PosePath, package, where="package"), steps=steps["package.steps"]),
     )
 
 
@@ -213,7 +213,7 @@ def scene_of(script: Script) -> Scene:
     )
 
 
-def frames_of(script: Script, frames: Sequence[int] | None = None) -> Iterator[tuple[Frame, Truth]]:
+def frames_of(script: Script, frames: Sequence[int] | None = None) -> Iterator[tuple[Image, Truth]]:
     """Yield the frames of a recording, with the caption, and their truth; all or those numbered."""
     times = frame_times(script.camera, script.recording.duration_s)
     numbers = range(len(times)) if frames is None else frames
@@ -222,7 +222,7 @@ def frames_of(script: Script, frames: Sequence[int] | None = None) -> Iterator[t
         yield captioned(frame, "rendered"), truth
 
 
-def captioned(frame: Frame, text: str) -> Frame:
+def captioned(frame: Image, text: str) -> Image:
     """Return a copy of a frame with a small text in its upper right corner."""
     import cv2
 
@@ -233,7 +233,7 @@ def captioned(frame: Frame, text: str) -> Frame:
     return np.asarray(written, np.uint8)
 
 
-def redraw(name: str, out: File) -> None:
+def redraw(name: str, out: Path) -> None:
     """Draw a recording of the library into a folder.
 
     Writes ``recording.mp4``, ``markers.toml``, ``truth.csv`` (markers, px), ``truth_bodies.csv``
@@ -242,12 +242,12 @@ def redraw(name: str, out: File) -> None:
     write_script_output(script_of(name), out)
 
 
-def write_script_output(script: Script, out: File) -> None:
+def write_script_output(script: Script, out: Path) -> None:
     """Draw a recording from its script; see `redraw` for the files."""
     out.mkdir(parents=True, exist_ok=True)
     truths: list[Truth] = []
 
-    def remembered() -> Iterator[Frame]:
+    def remembered() -> Iterator[Image]:
         for frame, truth in frames_of(script):
             truths.append(truth)
             yield frame
@@ -259,7 +259,7 @@ def write_script_output(script: Script, out: File) -> None:
     write_marker_file(out / "markers.toml", script, truths[0])
 
 
-def write_motion_truth(file: File, script: Script) -> None:
+def write_motion_truth(file: Path, script: Script) -> None:
     """Write the exact motion of every frame with the columns of ``motion.csv``, without sigmas."""
     times = frame_times(script.camera, script.recording.duration_s)
     head = script.head_motion()
@@ -277,7 +277,7 @@ def write_motion_truth(file: File, script: Script) -> None:
         table.writerows([f"{value:.5f}" for value in row] for row in rows)
 
 
-def write_marker_file(file: File, script: Script, first: Truth) -> None:
+def write_marker_file(file: Path, script: Script, first: Truth) -> None:
     """Write the marker file a user would write for this recording: positions to a few px."""
     neck, head = script.neck(), script.face()
     mark_distance = float(np.hypot(*np.subtract(neck.upper_mark, neck.lower_mark)))
@@ -330,7 +330,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         prog="python -m scenarios.recordings.rendering", description=__doc__
     )
     parser.add_argument("names", nargs="+", metavar="NAME", help="such as A38-F")
-    parser.add_argument("--out", type=File, required=True, help="folder to write into")
+    parser.add_argument("--out", type=Path, required=True, help="folder to write into")
     given = parser.parse_args(arguments)
     for name in given.names:
         try:

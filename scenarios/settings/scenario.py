@@ -18,7 +18,7 @@ from typing import Literal
 from geometry2d.anatomy.anthropometry import HeadMeasurements
 from geometry2d.anatomy.head import HeadSection, head_section
 from geometry2d.drawings.drawn_head import drawn_head
-from geometry2d.drawings.section import drawn_neck
+from geometry2d.drawings.drawn_neck import drawn_neck
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.settings import setting
 from geometry2d.neck import NECKS, NeckMeasurements, NeckSection, neck_section
@@ -68,7 +68,7 @@ class MotionFile:
 class Package:
     """The neck of the package: a named one and its measurements, or the user's own drawing.
 
-    With an ``outline`` (SVG or DXF; :mod:`geometry2d.drawings.section` says what it holds) the
+    With an ``outline`` (SVG or DXF; :mod:`geometry2d.drawings.drawn_neck` says what it holds) the
     measurements only describe the carton behind the neck.
     """
 
@@ -81,7 +81,7 @@ class Package:
 
         Raises
         ------
-        geometry2d.drawings.section.SectionError, geometry2d.neck.NeckError
+        geometry2d.drawings.chains.DrawingError, geometry2d.neck.NeckError
             If the drawing or the measurements do not describe a neck.
         """
         if self.outline is None:
@@ -361,7 +361,7 @@ class Scenario:
 
         Raises
         ------
-        geometry2d.drawings.section.SectionError, geometry2d.anatomy.head.HeadError
+        geometry2d.drawings.chains.DrawingError, geometry2d.anatomy.head.HeadError
             If the drawing or the measurements do not describe a head.
         """
         if self.head_outline is None:

@@ -16,7 +16,7 @@ from mocap.convert import ConvertResult, convert, write_conversion
 from mocap.formats.exchange import read_positions
 from mocap.measurement import measure
 from mocap.motion.motion import Motion
-from mocap.motion.scale import Picture
+from mocap.motion.scale import PictureFormat
 from mocap.tracking.follow import follow
 from mocap.tracking.link import TrackingError
 from mocap.tracking.locate import locate_markers
@@ -132,7 +132,7 @@ def test_the_style_of_the_other_recordings(name: str, style: str) -> None:
     folder = SIP.parent / name
     markers, film = read_markers(folder / "markers.toml"), Video(folder / "recording.mp4")
     tracks = with_noise_in_time(follow(film, markers), key_frames=film.key_frames).bridged()
-    measured = measure(tracks, markers, Picture(film.info.width, film.info.height))
+    measured = measure(tracks, markers, PictureFormat(film.info.width, film.info.height))
     found = measured.motion.drinking(measured.lip)
     assert found.style == style
     assert 14 < abs(found.neck_tilt_deg) < found.package_tilt_deg < 60

@@ -8,10 +8,10 @@ import pytest
 from geometry2d.rigid import RigidMotion
 from mocap.convert import ConvertResult, convert
 from mocap.synthetic.rendering import (
-    Body,
     Camera,
     Marker,
     Scene,
+    SceneBody,
     Sensor,
     Shape,
     exposed,
@@ -39,7 +39,7 @@ def scene() -> Scene:
     still = np.zeros(time.size)
     square = np.array([[-900, -900], [900, -900], [900, 900], [-900, 900]], float)
     light = (0.95, 0.95, 0.9)
-    wall = Body(
+    wall = SceneBody(
         "wall",
         RigidMotion(time, still, drift),
         (Shape(square, (0.3, 0.32, 0.35)),),
@@ -49,7 +49,7 @@ def scene() -> Scene:
         ),
     )
     marks = (Marker.dot("ball", (0.0, 0.0), radius_mm=18.0, colour=light),)
-    return Scene((wall, Body("ball", RigidMotion(time, still, fall(time) + drift), (), marks)))
+    return Scene((wall, SceneBody("ball", RigidMotion(time, still, fall(time) + drift), (), marks)))
 
 
 @pytest.fixture(scope="module")

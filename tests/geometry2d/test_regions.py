@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from geometry2d.regions import Section, SectionError
+from geometry2d.regions import RegionError, Section
 
 SQUARE = {
     "low": np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]),
@@ -31,5 +31,5 @@ def test_region_is_the_loop_of_its_curves():
     ],
 )
 def test_loops_that_bound_nothing_are_refused(curves, loop, message):
-    with pytest.raises(SectionError, match=message):
+    with pytest.raises(RegionError, match=message):
         Section("block", curves, {"all": loop}, {})

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidMotion, rotated
 from mocap.synthetic.rendering import (
-    Body,
     Camera,
     Lens,
     Light,
     Marker,
     Scene,
+    SceneBody,
     Sensor,
     Shape,
     Truth,
@@ -109,20 +109,22 @@ class Clip:
             Marker.patch(name, at, radius_mm=self.dot_radius_mm, depth_mm=z, turn_deg=10.0 * k)
             for k, (name, at) in enumerate(dots.items())
         )
-        head = Body("head", head_motion, (Shape(profile * 1.0, SKIN, depth_mm=z),), patches)
+        head = SceneBody("head", head_motion, (Shape(profile * 1.0, SKIN, depth_mm=z),), patches)
         neck = np.array([[-14, -13], [40, -13], [70, -40], [160, -40], [160, 55], [70, 55],
                          [40, 27], [-14, 27]])  # fmt: skip
         marks = tuple(
             Marker.dot(name, at, radius_mm=0.8 * self.dot_radius_mm, colour=self.mark_colour)
             for name, at in (("package_lower", LOWER), ("package_upper", UPPER))
         )
-        package = Body("package", package_motion, (Shape(neck * 1.0, self.package_colour),), marks)
+        package = SceneBody(
+            "package", package_motion, (Shape(neck * 1.0, self.package_colour),), marks
+        )
         bodies = [head, package]
         if self.occluded is not None:
             bodies.append(self._hand(*self.occluded))
         return Scene(tuple(bodies), light=self.light)
 
-    def _hand(self, start_s: float, end_s: float) -> Body:
+    def _hand(self, start_s: float, end_s: float) -> SceneBody:
         """A hand that hides the package marks and the nose from one instant to another."""
         time = np.array([-1.0, start_s - 1e-3, start_s, end_s, end_s + 1e-3, 10.0])
         shift = np.array([[0, -400], [0, -400], [0, 0], [0, 0], [0, -400], [0, -400]], float)
@@ -132,7 +134,7 @@ class Clip:
             for k, at in enumerate([(100.0, -20.0), (128.0, 8.0), (150.0, -40.0), (185.0, -30.0)])
         )
         motion = _Stepwise(time, np.zeros(time.size), shift)
-        return Body("hand", motion, (Shape(corners, (0.7, 0.5, 0.42), depth_mm=80.0),), spots)
+        return SceneBody("hand", motion, (Shape(corners, (0.7, 0.5, 0.42), depth_mm=80.0),), spots)
 
     def write(self, folder: Path) -> tuple[Path, Path, list[Truth]]:
         """Write recording and marker file; return both paths and the truth of every frame."""

@@ -13,9 +13,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from geometry2d.anatomy.head import HeadMeasurements, head_section
-from geometry2d.drawings.chains import Chain, SectionError, open_curve, outline_through
+from geometry2d.drawings.chains import Chain, DrawingError, open_curve, outline_through
 from geometry2d.drawings.drawn_head import OPEN, TEETH, HeadDrawing, drawn_head, lip_curves
-from geometry2d.drawings.section import CutPlane, cut, read_stl
+from geometry2d.drawings.stl import CutPlane, cut, read_stl
 from geometry2d.mesh import LEVELS, mesh_quality, section_mesh
 
 LIPS = ("upper", "lower")
@@ -156,7 +156,7 @@ def test_any_damage_to_a_drawing_is_our_error(tmp_path, place, damage):
     content = by_hand().encode()
     file = tmp_path / "head.svg"
     file.write_bytes(content[:place] + damage + content[place + len(damage) :])
-    with contextlib.suppress(SectionError):
+    with contextlib.suppress(DrawingError):
         drawn_head(file, dermis_mm=1.0, tie_fade_mm=4.0)
 
 
@@ -164,7 +164,7 @@ def test_any_damage_to_a_drawing_is_our_error(tmp_path, place, damage):
 def test_what_is_missing_is_named(tmp_path, name):
     file = svg_file(tmp_path, HeadDrawing.of(measured()))
     file.write_text(file.read_text().replace(f'id="{name}"', 'id="other"'))
-    with pytest.raises(SectionError, match=rf"head.svg has nothing named {name} "):
+    with pytest.raises(DrawingError, match=rf"head.svg has nothing named {name} "):
         drawn_head(file, dermis_mm=1.0, tie_fade_mm=4.0)
 
 
@@ -232,7 +232,7 @@ def bulging(curve):
     ],
 )
 def test_what_is_wrong_with_a_drawn_head_is_said(tmp_path, drawing, message):
-    with pytest.raises(SectionError, match=message):
+    with pytest.raises(DrawingError, match=message):
         drawn_head(svg_file(tmp_path, drawing()), dermis_mm=4.0, tie_fade_mm=4.0)
 
 
@@ -241,7 +241,7 @@ def test_a_head_that_looks_left_is_refused():
     mirrored = dataclasses.replace(
         drawing, curves={name: curve * [-1.0, 1.0] for name, curve in drawing.curves.items()}
     )
-    with pytest.raises(SectionError, match="drawn inside out"):
+    with pytest.raises(DrawingError, match="drawn inside out"):
         mirrored.head(dermis_mm=1.0, tie_fade_mm=4.0)
 
 
@@ -260,7 +260,7 @@ def test_open_curves_are_put_together_and_closed_ones_refused():
         ([line, arc, Chain.through("c", [[0.0, 1.0], [0.0, 3.0]])], "branches"),
         ([line, Chain.about("c", (9.0, 0.0), (8.0, 0.0), 2 * np.pi)], "closed curve beside"),
     ):
-        with pytest.raises(SectionError, match=message):
+        with pytest.raises(DrawingError, match=message):
             open_curve("c", parts)
 
 
@@ -335,7 +335,7 @@ def test_points_of_a_cut_must_follow_one_another():
     head = measured()
     ring = np.concatenate([head.upper.curves[name][:-1] for name in ("bone", "inner", "skin")])
     loop = outline_through(ring, "upper lip")
-    with pytest.raises(SectionError, match="give them in the order skin_end"):
+    with pytest.raises(DrawingError, match="give them in the order skin_end"):
         lip_curves(
             "upper",
             loop,

@@ -14,7 +14,7 @@ from geometry2d.rigid import rotated
 from mocap.motion.poses import body_poses
 from mocap.motion.scale import (
     BodyScale,
-    Picture,
+    PictureFormat,
     ScaleError,
     axis_px,
     body_scales,
@@ -22,9 +22,8 @@ from mocap.motion.scale import (
     undistorted,
 )
 from mocap.motion.smooth import SmoothingError, inverse_band, smoothed
-from mocap.synthetic.rendering import Camera
-from mocap.synthetic.rendering import Lens as DrawnLens
-from mocap.tracking.markers import Lens, PlanePoints, read_markers
+from mocap.synthetic.rendering import Camera, Lens
+from mocap.tracking.markers import Intrinsics, PlanePoints, read_markers
 from mocap.tracking.tracks import Tracks
 
 SHAPE = np.array([[0.0, 0.0], [102.0, 12.0], [40.0, -55.0]])
@@ -89,9 +88,9 @@ def test_undistortion_agrees_with_opencv_and_with_the_camera_that_draws(
     lens: tuple[float, float, float, float],
 ) -> None:
     k1, k2, p1, p2 = lens
-    ours = Lens(fx=1500.0, fy=1480.0, cx=640.0, cy=350.0, k1=k1, k2=k2, p1=p1, p2=p2)
+    ours = Intrinsics(fx=1500.0, fy=1480.0, cx=640.0, cy=350.0, k1=k1, k2=k2, p1=p1, p2=p2)
     points = np.random.default_rng(0).uniform([20, 20], [1260, 700], (40, 2))
-    found = undistorted(points, ours, Picture(1280, 720))
+    found = undistorted(points, ours, PictureFormat(1280, 720))
     matrix = np.array([[1500.0, 0, 640], [0, 1480, 350], [0, 0, 1]])
     # OpenCV's own inversion stops early unless told otherwise.
     criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-12)
@@ -101,18 +100,22 @@ def test_undistortion_agrees_with_opencv_and_with_the_camera_that_draws(
     np.testing.assert_allclose(found, [640.0, 350.0] + theirs * 1480.0, atol=1e-5)
     drawn = Camera(
         1280, 720, (1500.0, 1480.0), 1500.0, (0, 0), principal_px=(640.0, 350.0),
-        lens=DrawnLens(k1=k1, k2=k2, p1=p1, p2=p2),
+        lens=Lens(k1=k1, k2=k2, p1=p1, p2=p2),
     )  # fmt: skip
     world = np.array([[-300.0, 120.0], [250.0, -160.0]])
-    straight = undistorted(drawn.project(world), ours, Picture(1280, 720))
+    straight = undistorted(drawn.project(world), ours, PictureFormat(1280, 720))
     expected = [640.0, 350.0] + world * [1, -1] * 1480.0 / 1500.0
     np.testing.assert_allclose(straight, expected, atol=1e-6)
 
 
 def test_the_axis_is_the_middle_of_the_picture_unless_told() -> None:
-    np.testing.assert_allclose(axis_px(Lens(), Picture(1280, 720)), [639.5, 359.5])
-    np.testing.assert_allclose(axis_px(Lens(cx=600.0), Picture(1280, 720)), [600.0, 359.5])
-    wide = undistorted(np.array([[649.5, 369.5]]), Lens(), Picture(1280, 720, pixel_aspect=1.5))
+    np.testing.assert_allclose(axis_px(Intrinsics(), PictureFormat(1280, 720)), [639.5, 359.5])
+    np.testing.assert_allclose(
+        axis_px(Intrinsics(cx=600.0), PictureFormat(1280, 720)), [600.0, 359.5]
+    )
+    wide = undistorted(
+        np.array([[649.5, 369.5]]), Intrinsics(), PictureFormat(1280, 720, pixel_aspect=1.5)
+    )
     np.testing.assert_allclose(wide, [[654.5, 369.5]])
 
 

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from mocap.measurement import Measurement, measure
-from mocap.motion.scale import Picture
+from mocap.motion.scale import PictureFormat
 from mocap.motion.turning import Cause, Flattening, flattening
-from mocap.synthetic.rendering import Body, Scene
+from mocap.synthetic.rendering import Scene, SceneBody
 from mocap.tracking.follow import follow
 from mocap.tracking.markers import read_markers
 from mocap.tracking.noise import with_noise_in_time
@@ -68,7 +68,7 @@ class TiltingClip(Clip):
                 motion = Tilting(
                     motion.time_s, motion.angle_rad, motion.shift_mm, self.turn_deg, self.growth
                 )
-            bodies.append(Body(body.name, motion, body.shapes, body.markers))
+            bodies.append(SceneBody(body.name, motion, body.shapes, body.markers))
         return Scene(tuple(bodies), light=scene.light)
 
 
@@ -93,7 +93,7 @@ def measured(folder: Path, **changes: Callable[[float], float]) -> tuple[Measure
     video, markers, truths = clip.write(folder)
     file, film = read_markers(markers), Video(video)
     tracks = with_noise_in_time(follow(film, file), key_frames=film.key_frames).bridged()
-    picture = Picture(clip.width, clip.height)
+    picture = PictureFormat(clip.width, clip.height)
     found = measure(tracks, file, picture)
     report = summary(film.info, film.timing, file, found, picture)
     about = " ".join(line for line in report["warnings"] if line.startswith("package:"))

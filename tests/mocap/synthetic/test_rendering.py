@@ -18,12 +18,12 @@ from mocap.synthetic.raster import coverage
 from mocap.synthetic.rendering import (
     BLACK,
     WHITE,
-    Body,
     Camera,
     Lens,
     Light,
     Marker,
     Scene,
+    SceneBody,
     Sensor,
     Shape,
     SyntheticError,
@@ -128,7 +128,7 @@ def test_nearer_bodies_look_larger_and_up_is_up():
 def test_a_dot_is_drawn_where_the_truth_says(phase, depth):
     at = np.array([5.0, 3.0]) + np.array(phase) / 3
     dot = Marker.dot("m", (0.0, 0.0), radius_mm=1.7, depth_mm=depth)
-    scene = Scene((Body("b", resting(at), markers=(dot,)),), background=WHITE)
+    scene = Scene((SceneBody("b", resting(at), markers=(dot,)),), background=WHITE)
     camera = Camera(160, 120, (900.0, 880.0), 300.0, (3.0, -2.0), lens=Lens(k1=-0.1, blur_px=0.8))
     sensor = Sensor(gamma=1.0)
     truth = truth_at(scene, camera, 0.0, 0).markers["m"]
@@ -144,7 +144,7 @@ def test_display_gamma_moves_a_dot_by_less_than_a_hundredth_of_a_pixel():
     errors = []
     for phase in np.linspace(0, 1, 7):
         dot = Marker.dot("m", (0.0, 0.0), radius_mm=1.7)
-        scene = Scene((Body("b", resting((5 + phase / 3, 3.0)), markers=(dot,)),), WHITE)
+        scene = Scene((SceneBody("b", resting((5 + phase / 3, 3.0)), markers=(dot,)),), WHITE)
         camera = Camera(160, 120, (900.0, 900.0), 300.0, (3.0, -2.0), lens=Lens(blur_px=0.7))
         frame, truth = next(render(scene, camera, Sensor(), [0.0]))
         found = centroid(frame[..., 0], frame[0, 0, 0])
@@ -159,7 +159,7 @@ def test_a_moving_dot_is_smeared_by_speed_times_exposure():
 
     def moments(exposure_s):
         camera = Camera(160, 120, (900.0, 900.0), 300.0, (0.0, 0.0), exposure_s=exposure_s)
-        scene = Scene((Body("b", flying((speed, 0.0)), markers=(dot,)),), WHITE)
+        scene = Scene((SceneBody("b", flying((speed, 0.0)), markers=(dot,)),), WHITE)
         light = exposed(scene, camera, Sensor(gamma=1.0), 0.011)[..., 0].astype(float)
         weight = light[0, 0] - light
         centre = centroid(light, light[0, 0])
@@ -193,7 +193,7 @@ def test_noise_has_the_stated_size(level):
 
 def scene_with_everything() -> Scene:
     square = np.array([[-20.0, -20], [20, -20], [20, 20], [-20, 20]])
-    body = Body(
+    body = SceneBody(
         "head",
         flying((60.0, -20.0)),
         (
@@ -205,7 +205,7 @@ def scene_with_everything() -> Scene:
             Marker.ring("b", (6.0, -8.0), radii_mm=(3, 1)),
         ),
     )
-    bar = Body("bar", resting((-9.0, 3.0)), (Shape(square / 8, (0.1, 0.1, 0.4)),))
+    bar = SceneBody("bar", resting((-9.0, 3.0)), (Shape(square / 8, (0.1, 0.1, 0.4)),))
     return Scene((body, bar), light=Light(slope=(0.2, -0.1), flicker=0.02, flicker_hz=9.0))
 
 
@@ -295,7 +295,7 @@ def test_soft_shapes_stay_inside_the_shape_they_name():
         (lambda: Shape(np.full((3, 2), np.nan), BLACK), "not a finite"),
         (lambda: CAMERA.project([0.0, 0.0], 400.0), "behind the camera"),
         (
-            lambda: Scene((Body("b", resting(), markers=(Marker.patch("a", (0, 0)),) * 2),)),
+            lambda: Scene((SceneBody("b", resting(), markers=(Marker.patch("a", (0, 0)),) * 2),)),
             "'a' occurs twice",
         ),
     ],

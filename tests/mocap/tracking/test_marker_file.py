@@ -38,7 +38,7 @@ def test_a_usual_file(tmp_path: Path) -> None:
     assert markers.names == ("ear", "nose", "package_lower", "package_upper")
     assert markers.scale_mm == {"package": 14.0, "head": 104.3}
     assert markers.body_of("nose") == "head"
-    assert markers.lens.bends and markers.lens.cx is None
+    assert markers.lens.is_distorting and markers.lens.cx is None
     assert not markers.rendered
 
 

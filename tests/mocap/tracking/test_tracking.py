@@ -13,7 +13,7 @@ import pytest
 from mocap.convert import convert, given_tracks
 from mocap.measurement import Measurement, measure
 from mocap.motion.errors import MotionError
-from mocap.motion.scale import Picture
+from mocap.motion.scale import PictureFormat
 from mocap.synthetic.rendering import Truth, write_recording
 from mocap.tracking.follow import follow
 from mocap.tracking.link import TrackingError
@@ -40,7 +40,7 @@ def tracked(clip: Clip) -> tuple[Tracks, Measurement, list[Truth]]:
     film = Video(video)
     raw = follow(film, file)
     tracks = with_noise_in_time(raw, key_frames=film.key_frames).bridged()
-    picture = Picture(film.info.width, film.info.height)
+    picture = PictureFormat(film.info.width, film.info.height)
     return tracks, measure(tracks, file, picture), truths
 
 
@@ -128,7 +128,7 @@ def test_depth_of_the_head_is_corrected_with_its_own_scale(clip: Clip) -> None:
     said = depth_effect(measured, read_markers(markers))
     blind = markers.with_name("blind.toml")
     blind.write_text(clip.marker_file(truths[0], head_scale=False))
-    without = measure(tracks, read_markers(blind), Picture(clip.width, clip.height))
+    without = measure(tracks, read_markers(blind), PictureFormat(clip.width, clip.height))
     wrong = np.sqrt(np.mean(np.sum((without.motion.relative_mm - place) ** 2, axis=1)))
     assert wrong > 3.0
     assert said["error_without_mm"] == pytest.approx(wrong, rel=0.1)

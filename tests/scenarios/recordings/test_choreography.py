@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.recordings.choreography import ChoreographyError, Path, Step, minimum_jerk
+from scenarios.recordings.choreography import ChoreographyError, PosePath, PoseStep, minimum_jerk
 
 
 def test_minimum_jerk_starts_and_ends_at_rest_without_acceleration():
@@ -22,8 +22,8 @@ def test_minimum_jerk_starts_and_ends_at_rest_without_acceleration():
 
 @given(st.lists(st.tuples(*[st.floats(-9, 9)] * 3, st.floats(0, 2)), max_size=4))
 def test_a_path_ends_where_its_steps_add_up_to(parts):
-    steps = tuple(Step(begin, begin + 0.7, x, y, turn) for x, y, turn, begin in parts)
-    path = Path((12.0, -5.0), (100.0, -40.0), -30.0, steps)
+    steps = tuple(PoseStep(begin, begin + 0.7, x, y, turn) for x, y, turn, begin in parts)
+    path = PosePath((12.0, -5.0), (100.0, -40.0), -30.0, steps)
     motion = path.motion(np.linspace(0, 3, 31))
     totals = np.sum([p[:3] for p in parts], axis=0) if parts else np.zeros(3)
     led = motion.apply([path.point_mm])[:, 0]
@@ -33,11 +33,11 @@ def test_a_path_ends_where_its_steps_add_up_to(parts):
 
 
 def test_turning_leaves_the_led_point_where_it_is():
-    path = Path((12.0, -5.0), (100.0, -40.0), -30.0, (Step(0.0, 1.0, turn_deg=18.0),))
+    path = PosePath((12.0, -5.0), (100.0, -40.0), -30.0, (PoseStep(0.0, 1.0, turn_deg=18.0),))
     led = path.motion(np.linspace(0, 1, 11)).apply([path.point_mm])[:, 0]
     assert led == pytest.approx(np.tile([100.0, -40.0], (11, 1)))
 
 
 def test_a_step_that_ends_before_it_begins_is_refused():
     with pytest.raises(ChoreographyError, match=r"'tilt' lasts from 2.0 s to 1.0 s"):
-        Step(2.0, 1.0, turn_deg=5.0, why="tilt")
+        PoseStep(2.0, 1.0, turn_deg=5.0, why="tilt")

@@ -1,13 +1,10 @@
-"""Necks and outlines from the user's own files: drawings (SVG, DXF) and cuts through STL surfaces.
+"""A neck from a drawing (SVG or DXF) in place of the measured one.
 
-A drawn neck replaces the measured one. The drawing holds two closed curves named ``upper_wall``
-and ``lower_wall`` and, where the two marks of the recording are, two circles ``upper_mark`` and
-``lower_mark``; names are labels or ids in SVG, layers in DXF. It may lie anywhere and at any angle
-on the sheet: the marks say where the neck is. Seen with the lower mark below the upper one, the
-opening is to the left, as in the recordings. Everything else in the drawing is left alone.
-
-Nothing is mended: curves that are open, cross themselves or have no unit are errors that say
-where. Rounding is all that is forgiven: ends within a micrometre of each other meet.
+The drawing holds two closed curves named ``upper_wall`` and ``lower_wall`` and, where the two marks
+of the recording are, two circles ``upper_mark`` and ``lower_mark``. Names are labels or ids in SVG,
+layers in DXF. The neck may lie anywhere and at any angle on the sheet: the marks give its position
+and direction. With the lower mark below the upper one, the opening is on the left, as in the
+recordings. Everything else in the drawing is ignored.
 """
 
 from __future__ import annotations
@@ -18,74 +15,17 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from geometry2d.drawings.chains import Chain, NamedOutline, SectionError, closed_outlines
-from geometry2d.drawings.dxf import read_dxf
-from geometry2d.drawings.stl import CutLoop, CutPlane, Surface3D, cut, read_stl
-from geometry2d.drawings.svg import read_svg
+from geometry2d.drawings.chains import DrawingError, NamedOutline
+from geometry2d.drawings.drawing_file import drawn_outlines
 from geometry2d.neck import NeckMeasurements, NeckSection, with_carton
 from geometry2d.outline import Outline
 from geometry2d.rigid import rotated
-
-__all__ = [
-    "CutLoop",
-    "CutPlane",
-    "NamedOutline",
-    "SectionError",
-    "Surface3D",
-    "cut",
-    "drawn_chains",
-    "drawn_neck",
-    "drawn_outlines",
-    "read_stl",
-]
 
 Array = NDArray[np.float64]
 
 WALLS = ("upper_wall", "lower_wall")
 MARKS = ("upper_mark", "lower_mark")
 CONTOUR_STEP_MM = 0.1
-READERS = {".svg": read_svg, ".dxf": read_dxf}
-
-
-def drawn_outlines(
-    file: Path, *, unit_mm: float | None = None, names: tuple[str, ...] | None = None
-) -> list[NamedOutline]:
-    """Return the closed curves of an SVG or DXF drawing, mm, y up.
-
-    Parameters
-    ----------
-    file
-        The drawing.
-    unit_mm
-        What a unit of the drawing is, mm, if the file does not say so.
-    names
-        The curves wanted, upper or lower case; all of them if None.
-
-    Raises
-    ------
-    SectionError
-        If the file cannot be read, or one of the curves is open, branches or crosses itself.
-    """
-    chains = [
-        chain
-        for chain in drawn_chains(file, unit_mm=unit_mm)
-        if names is None or chain.name.lower() in names
-    ]
-    return closed_outlines(chains)
-
-
-def drawn_chains(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
-    """Return the curves of an SVG or DXF drawing as they are, open or closed, mm, y up.
-
-    Raises
-    ------
-    SectionError
-        If the file cannot be read.
-    """
-    reader = READERS.get(file.suffix.lower())
-    if reader is None:
-        raise SectionError(f"{file.name} is neither .svg nor .dxf: save the drawing as one of them")
-    return reader(file, unit_mm=unit_mm)
 
 
 def drawn_neck(
@@ -104,7 +44,7 @@ def drawn_neck(
 
     Raises
     ------
-    SectionError
+    DrawingError
         If the drawing cannot be read, or a wall or mark is missing, doubled or in the wrong place.
     """
     found = drawn_outlines(file, unit_mm=unit_mm, names=(*WALLS, *MARKS))
@@ -112,7 +52,7 @@ def drawn_neck(
     upper_mark, lower_mark = (_centre(by_name[name]) for name in MARKS)
     distance = float(np.hypot(*(upper_mark - lower_mark)))
     if distance < 1.0:
-        raise SectionError(
+        raise DrawingError(
             f"{file.name}: the marks are {distance:.3g} mm apart, too near to show how the neck "
             "is turned: move them to where the recording has them"
         )
@@ -134,7 +74,7 @@ def drawn_neck(
 def _only(found: list[NamedOutline], name: str, file: str) -> Outline:
     outlines = [outline for called, outline in found if called.lower() == name]
     if len(outlines) != 1:
-        raise SectionError(
+        raise DrawingError(
             f"{file} has {len(outlines)} closed curves named {name!r} (id or label in SVG, layer "
             "in DXF): it must have one"
         )
@@ -149,9 +89,9 @@ def _centre(mark: Outline) -> Array:
 def _refuse_misplaced(upper: Outline, lower: Outline, file: str) -> None:
     above, below = (shapely.Polygon(wall.sampled(CONTOUR_STEP_MM)) for wall in (upper, lower))
     if above.intersects(below):
-        raise SectionError(f"{file}: upper_wall and lower_wall overlap: draw them apart")
+        raise DrawingError(f"{file}: upper_wall and lower_wall overlap: draw them apart")
     if above.centroid.y < below.centroid.y:
-        raise SectionError(
+        raise DrawingError(
             f"{file}: seen with lower_mark below upper_mark, upper_wall lies below lower_wall: "
             "exchange the names of the walls or those of the marks"
         )

@@ -8,15 +8,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from geometry2d.drawings.section import (
-    CutPlane,
-    SectionError,
-    Surface3D,
-    cut,
-    drawn_neck,
-    drawn_outlines,
-    read_stl,
-)
+from geometry2d.drawings.chains import DrawingError
+from geometry2d.drawings.drawing_file import drawn_outlines
+from geometry2d.drawings.drawn_neck import drawn_neck
+from geometry2d.drawings.stl import CutPlane, Surface3D, cut, read_stl
 from geometry2d.neck import A38_NECK, neck_section
 from tests.support.optional import needed_module
 
@@ -53,7 +48,7 @@ def path(tmp_path, data, **keys):
 )
 def test_a_rectangle_in_all_its_spellings(tmp_path, data):
     if "-.2" in data:
-        with pytest.raises(SectionError, match="crosses or touches"):
+        with pytest.raises(DrawingError, match="crosses or touches"):
             path(tmp_path, data)
         return
     outline = path(tmp_path, data)
@@ -126,7 +121,7 @@ def test_transforms_and_view_boxes_give_millimetres(tmp_path):
     ],
 )
 def test_units_are_never_guessed(tmp_path, attributes, unit_mm, message):
-    with pytest.raises(SectionError, match=message):
+    with pytest.raises(DrawingError, match=message):
         drawn_outlines(svg(tmp_path, '<circle r="3"/>', attributes), unit_mm=unit_mm)
 
 
@@ -149,7 +144,7 @@ def test_units_are_never_guessed(tmp_path, attributes, unit_mm, message):
     ],
 )
 def test_what_is_wrong_in_a_drawing_is_said(tmp_path, content, message):
-    with pytest.raises(SectionError, match=message):
+    with pytest.raises(DrawingError, match=message):
         drawn_outlines(svg(tmp_path, content))
 
 
@@ -159,7 +154,7 @@ def test_xml_entities_are_refused(tmp_path):
         '<!DOCTYPE svg [<!ENTITY a SYSTEM "file:///etc/hostname">]>'
         '<svg width="1mm" height="1mm" viewBox="0 0 1 1"><text>&a;</text></svg>'
     )
-    with pytest.raises(SectionError, match="entity 'a'"):
+    with pytest.raises(DrawingError, match="entity 'a'"):
         drawn_outlines(file)
 
 
@@ -171,7 +166,7 @@ def test_what_is_not_drawn_is_not_read(tmp_path):
 @FUZZ
 @given(st.text("MLHVCSQTAZmlhvcsqtaz0123456789.-+eE, ", max_size=60))
 def test_any_path_data_give_outlines_or_our_error(tmp_path, data):
-    with contextlib.suppress(SectionError):
+    with contextlib.suppress(DrawingError):
         drawn_outlines(svg(tmp_path, f'<path d="M 1 2 {data}"/>'))
 
 
@@ -194,7 +189,7 @@ def test_any_wellformed_path_gives_outlines_or_our_error(tmp_path, steps):
         if letter in "Aa":
             values[3:5] = [str(int(n[3] > 0)), str(int(n[4] > 0))]
         data += f" {letter} {' '.join(values)}"
-    with contextlib.suppress(SectionError):
+    with contextlib.suppress(DrawingError):
         for _, outline in drawn_outlines(svg(tmp_path, f'<path d="{data} Z"/>')):
             assert outline.area > 0
 
@@ -205,7 +200,7 @@ def test_any_damage_to_an_svg_file_is_our_error(tmp_path, place, damage):
     file = svg(tmp_path, '<g transform="rotate(30)"><ellipse rx="3" ry="2"/></g>')
     content = file.read_bytes()
     file.write_bytes(content[:place] + damage + content[place + len(damage) :])
-    with contextlib.suppress(SectionError):
+    with contextlib.suppress(DrawingError):
         drawn_outlines(file)
 
 
@@ -245,7 +240,7 @@ def test_pieces_of_a_layer_are_put_together(tmp_path, units, mm):
         space.add_text("not an outline", dxfattribs={"layer": "drop"})
 
     if units != 4:  # what rounding may leave is a length in mm, whatever the unit of the drawing
-        with pytest.raises(SectionError, match="is open"):
+        with pytest.raises(DrawingError, match="is open"):
             drawn_outlines(dxf(tmp_path, draw, units=units))
         return
     ((name, outline),) = drawn_outlines(dxf(tmp_path, draw, units=units))
@@ -293,9 +288,9 @@ def test_what_is_wrong_in_a_dxf_file_is_said(tmp_path):
         (high, "height 1"),
         (lambda space: space.add_3dface([(0, 0), (1, 0), (0, 1)]), "cannot be followed"),
     ):
-        with pytest.raises(SectionError, match=message):
+        with pytest.raises(DrawingError, match=message):
             drawn_outlines(dxf(tmp_path, draw))
-    with pytest.raises(SectionError, match="no unit"):
+    with pytest.raises(DrawingError, match="no unit"):
         drawn_outlines(dxf(tmp_path, drop, units=0))
     assert len(drawn_outlines(dxf(tmp_path, drop, units=0), unit_mm=1.0)) == 1
 
@@ -313,7 +308,7 @@ def test_any_damage_to_a_dxf_file_is_our_error(tmp_path, place, damage):
     file.write_bytes(content[:at] + damage + content[at + len(damage) :])
     try:
         drawn_outlines(file)
-    except SectionError as error:
+    except DrawingError as error:
         assert str(error).encode("utf-8")
 
 
@@ -406,10 +401,10 @@ def test_planes_through_corners_edges_and_faces():
     (face,) = cut(surface, CutPlane((0, 0, 2), (1, 0, 0), (0, 1, 0)))  # on the viewer's side
     assert face.outline.area == pytest.approx(12)
     for height in (0.0, 2.1):
-        with pytest.raises(SectionError, match="misses"):
+        with pytest.raises(DrawingError, match="misses"):
             cut(surface, CutPlane((0, 0, height), (1, 0, 0), (0, 1, 0)))
     top = Surface3D.of_triangles("ball", ball())
-    with pytest.raises(SectionError, match="only touches"):
+    with pytest.raises(DrawingError, match="only touches"):
         cut(top, CutPlane((0, 0, 8), (1, 0, 0), (0, 1, 0)))
 
 
@@ -418,7 +413,7 @@ def test_a_hollow_body_has_a_hole_and_solids_that_meet_are_an_error():
     loops = cut(Surface3D.of_triangles("shell", hollow), FRONT)
     assert [loop.hole for loop in loops] == [False, True]
     crossing = np.concatenate([box(), box((2, 1, -1), (6, 7, 5))])
-    with pytest.raises(SectionError, match=r"two of the 2 curves.*meet"):
+    with pytest.raises(DrawingError, match=r"two of the 2 curves.*meet"):
         cut(Surface3D.of_triangles("two", crossing), CutPlane((0, 0, 1), (1, 0, 0), (0, 1, 0)))
 
 
@@ -431,7 +426,7 @@ def test_both_kinds_of_file_give_the_same_surface_in_the_unit_that_is_said(tmp_p
     np.testing.assert_allclose(surfaces[0].corners, surfaces[1].corners, rtol=1e-6, atol=1e-12)
     assert surfaces[0].volume == pytest.approx(1e3 * 2 * np.pi**2 * 10 * 9, rel=6e-3)
     assert cut(surfaces[0], TOP)[0].outline.area == pytest.approx(100 * np.pi * 169, rel=2e-3)
-    with pytest.raises(SectionError, match="no unit"):
+    with pytest.raises(DrawingError, match="no unit"):
         read_stl(file, unit_mm=None)
 
 
@@ -445,7 +440,7 @@ def test_surfaces_with_defects_are_refused_with_the_place(tmp_path):
         (np.zeros((0, 3, 3)), "no triangles"),
     ):
         file.write_bytes(binary(triangles))
-        with pytest.raises(SectionError, match=message):
+        with pytest.raises(DrawingError, match=message):
             read_stl(file, unit_mm=1.0)
     for content, message in (
         (binary(box())[:-1], "would have"),
@@ -454,7 +449,7 @@ def test_surfaces_with_defects_are_refused_with_the_place(tmp_path):
         (b"solid x\nnonsense", "'nonsense'"),
     ):
         file.write_bytes(content)
-        with pytest.raises(SectionError, match=message):
+        with pytest.raises(DrawingError, match=message):
             read_stl(file, unit_mm=1.0)
 
 
@@ -464,7 +459,7 @@ def test_any_damage_to_an_stl_file_is_our_error(tmp_path, text, place, damage):
     content = (ascii_stl if text else binary)(box())
     file = tmp_path / "box.stl"
     file.write_bytes(content[:place] + damage + content[place + len(damage) :])
-    with contextlib.suppress(SectionError):
+    with contextlib.suppress(DrawingError):
         cut(read_stl(file, unit_mm=2.0), CutPlane((0, 0, 1), (1, 0, 0), (0, 1, 0)))
 
 
@@ -521,13 +516,13 @@ def test_a_neck_that_is_drawn_comes_back_the_same_from_anywhere_on_the_sheet(tmp
     ],
 )
 def test_what_is_wrong_with_a_drawn_neck_is_said(tmp_path, replaced, message):
-    with pytest.raises(SectionError, match=message):
+    with pytest.raises(DrawingError, match=message):
         drawn_neck(neck_svg(tmp_path, neck_section(A38_NECK), **replaced))
 
 
 def test_other_files_are_refused(tmp_path):
-    with pytest.raises(SectionError, match=r"neither \.svg nor \.dxf"):
+    with pytest.raises(DrawingError, match=r"neither \.svg nor \.dxf"):
         drawn_outlines(tmp_path / "neck.pdf")
     for name in ("none.svg", "none.dxf"):
-        with pytest.raises(SectionError, match=r"cannot read|needs ezdxf"):
+        with pytest.raises(DrawingError, match=r"cannot read|needs ezdxf"):
             drawn_outlines(tmp_path / name)

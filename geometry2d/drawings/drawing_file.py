@@ -1,0 +1,56 @@
+"""The curves of a drawing, in either of its formats.
+
+Nothing is repaired: a curve that is open, crosses itself or has no unit is an error that says
+where. Only rounding is forgiven: ends within a micrometre of each other meet.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from geometry2d.drawings.chains import Chain, DrawingError, NamedOutline, closed_outlines
+from geometry2d.drawings.dxf import read_dxf
+from geometry2d.drawings.svg import read_svg
+
+READERS = {".svg": read_svg, ".dxf": read_dxf}
+
+
+def drawn_outlines(
+    file: Path, *, unit_mm: float | None = None, names: tuple[str, ...] | None = None
+) -> list[NamedOutline]:
+    """Return the closed curves of an SVG or DXF drawing, mm, y up.
+
+    Parameters
+    ----------
+    file
+        The drawing.
+    unit_mm
+        What a unit of the drawing is, mm, if the file does not say so.
+    names
+        The curves wanted, upper or lower case; all of them if None.
+
+    Raises
+    ------
+    DrawingError
+        If the file cannot be read, or one of the curves is open, branches or crosses itself.
+    """
+    chains = [
+        chain
+        for chain in drawn_chains(file, unit_mm=unit_mm)
+        if names is None or chain.name.lower() in names
+    ]
+    return closed_outlines(chains)
+
+
+def drawn_chains(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
+    """Return the curves of an SVG or DXF drawing as they are, open or closed, mm, y up.
+
+    Raises
+    ------
+    DrawingError
+        If the file cannot be read.
+    """
+    reader = READERS.get(file.suffix.lower())
+    if reader is None:
+        raise DrawingError(f"{file.name} is neither .svg nor .dxf: save the drawing as one of them")
+    return reader(file, unit_mm=unit_mm)
