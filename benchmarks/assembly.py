@@ -134,7 +134,7 @@ def milliseconds(call: Callable[[], object]) -> float:
 
 def compared(mesh: skfem.MeshQuad, plane: Plane) -> None:
     laws = {name: material_named(f"L2-Ogden/{name}") for name in ("dermis", "bulk")}
-    body = Body.of(mesh, laws, plane=plane, element="Q4")
+    body = Body(mesh, laws, plane=plane, element="Q4")
     mu, alpha, D = (np.empty(mesh.nelements) for _ in range(3))
     for name, law in laws.items():
         here = mesh.subdomains[name]
@@ -185,7 +185,7 @@ def main() -> None:
     print(f"{mesh.nelements} four-node elements, {2 * mesh.p.shape[1]} unknowns, {ROUNDS} rounds")
     for plane in (Plane.STRAIN, Plane.STRESS):
         compared(mesh, plane)
-    tables = Body.of(mesh, material_named("L1"), plane=Plane.STRAIN, element="Q4").tables
+    tables = Body(mesh, material_named("L1"), plane=Plane.STRAIN, element="Q4").tables
     setup = milliseconds(lambda: SparsePattern.of(tables.connectivity, len(tables.nodes)))
     print(f"\nsparsity pattern, once a mesh: {setup:.0f} ms")
 

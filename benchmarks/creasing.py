@@ -119,7 +119,7 @@ def block(layers: dict[str, Layer], plane: Plane, length: float, size: float) ->
     mesh = mesh.with_subdomains(
         {name: np.flatnonzero(layer_of == number) for number, name in enumerate(layers)}
     )
-    return Body.of(mesh, {name: layer.material for name, layer in layers.items()}, plane=plane)
+    return Body(mesh, {name: layer.material for name, layer in layers.items()}, plane=plane)
 
 
 class Seen:
@@ -225,7 +225,7 @@ def main() -> None:
     )  # fmt: skip
     for poisson in (0.49, 0.499):
         for sectors in options.sectors:
-            law = NeoHookean.from_poisson(0.005, poisson)
+            law = NeoHookean(0.005, poisson=poisson)
             half_space(f"neo-Hookean, ν = {poisson}", law, Plane.STRAIN, sectors)
     outermost: dict[tuple[str, Plane], float] = {}
     for skin in options.skins:

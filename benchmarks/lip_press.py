@@ -23,7 +23,6 @@ import skfem
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.loads.load import Load
@@ -101,10 +100,8 @@ def model(name: str) -> Model:
     mesh = mesh.with_boundaries(
         {"top": lambda p: np.isclose(p[1], height), "bottom": lambda p: np.isclose(p[1], 0)}
     ).with_subdomains(LIP_PRESS_LAYERS)
-    body = Body.of(mesh, LIP_PRESS_MATERIALS, plane=case.plane, element=case.element)
-    top = Surface(
-        body.edges("top"), body.nodes, points_per_edge=2, at_nodes=case.edge_mm is not None
-    )
+    body = Body(mesh, LIP_PRESS_MATERIALS, plane=case.plane, element=case.element)
+    top = body.surface("top", points_per_edge=2, at_nodes=case.edge_mm is not None)
     pair = RigidContact(
         top,
         LIP_PRESS_CIRCLE,
@@ -112,8 +109,8 @@ def model(name: str) -> Model:
         friction=FrictionLaw(1.0, 10.0),
         name="circle",
     )
-    bottom = Surface(body.edges("bottom"), body.nodes)
-    return Model(body, contacts=(pair,), ties=(ElasticTie("bottom", bottom, 1e4, 0.0),))
+    bottom = body.surface("bottom")
+    return Model(body, contacts=(pair,), ties=(ElasticTie(bottom, 1e4, name="bottom"),))
 
 
 def pressed(

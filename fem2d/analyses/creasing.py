@@ -111,7 +111,7 @@ def creasing(material: Material, *, plane: Plane, sectors: int = 16) -> Creasing
         raise CreasingError("plane = AXISYMMETRIC has no sideways compression: use STRESS, STRAIN")
     if sectors < 2:
         raise CreasingError(f"sectors = {sectors}: a fold needs at least 2, 16 are usual")
-    half = _HalfDisc(Body.of(_fan(sectors), material, plane=plane))
+    half = _HalfDisc(Body(_fan(sectors), material, plane=plane))
     strain, fold = half.roughly(half.first_fold())
     fold = half.settled(strain, fold)
     cost, step = half.cost(strain, fold), FINE_STEP

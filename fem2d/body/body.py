@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from typing import Any
 
@@ -19,9 +19,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from fem2d.body.assembly import assemble, section_components, section_stresses
 from fem2d.body.elements import Element, Tables, element_named
+from fem2d.body.fields import Fields, fields_from
 from fem2d.body.kinematics import Plane
 from fem2d.body.sparse import SparsePattern
-from fem2d.materials.material import Material, MaterialError
+from fem2d.body.surface import Surface
+from fem2d.materials.material import Material
 from fem2d.threads import ONE_THREAD, Threads
 from geometry2d.foundation.errors import DrinksimError
 
@@ -57,65 +59,41 @@ class Response:
     stiffness: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Fields:
-    """What a deformed body looks like at its integration points.
-
-    Attributes
-    ----------
-    deformation_gradient
-        (e, q, 3, 3).
-    log_strain
-        (e, q, 3) principal logarithmic strains, ascending; the third direction is one of them.
-    cauchy
-        (e, q, 3, 3) true stress, MPa.
-    von_mises
-        (e, q) von Mises stress, MPa.
-    thickness_stretch
-        (e, q) F₃₃: thickness over thickness, or r/R in axisymmetry.
-    energy_density
-        (e, q) strain energy, MPa (of the point; mean-dilatation elements share their volumetric
-        energy, which is counted here with the element's mean volume ratio).
-    volume
-        (e, q) reference volume the point stands for, mm³.
-    """
-
-    deformation_gradient: Array
-    log_strain: Array
-    cauchy: Array
-    von_mises: Array
-    thickness_stretch: Array
-    energy_density: Array
-    volume: Array
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False, repr=False)
 class Body:
     """A section of hyperelastic material, meshed.
 
-    Build one with :meth:`of`. Displacements ``u`` are (n, 2) in mm (or anything that reshapes to
-    it); unknown ``2 * node + component``.
+    Displacements ``u`` are (n, 2) in mm (or anything that reshapes to it); unknown
+    ``2 * node + component``.
 
-    Attributes
+    Parameters
     ----------
     mesh
-        scikit-fem's mesh with its named boundaries and subdomains.
-    element
-        Element type.
-    plane
-        Assumption about the third direction.
-    thickness_mm
-        Thickness of the section (unused in axisymmetry, where a full turn is integrated).
+        scikit-fem's triangles or quadrilaterals, mm, with named boundaries and subdomains. In
+        axisymmetry x is the distance from the axis.
     materials
-        The materials, and ``material_of`` (e,) which one each element has.
-    tables
-        Nodes, connectivity and shape functions.
-    weights
-        (e, q) reference volume each integration point stands for, mm³.
-    pattern
-        Sparsity pattern of the stiffness.
-    in_halves
-        Whether a large body is summed in two halves, which two threads can share.
+        One material for everything, or one for each named subdomain of the mesh.
+    plane
+        Assumption about the third direction: ``"stress"``, ``"strain"`` or ``"axisymmetric"``.
+    element
+        Name of an element type, see :mod:`fem2d.body.elements`.
+    thickness_mm
+        Thickness of the section, mm; unused in axisymmetry, where a full turn is integrated.
+
+    Raises
+    ------
+    BodyError
+        If subdomains and materials do not match, the plane is unknown, or the thickness is not
+        positive.
+    ElementError
+        If the element does not exist or does not fit the mesh.
+
+    Examples
+    --------
+    >>> from fem2d.materials.ogden import Ogden
+    >>> skin = Ogden(mu_mpa=[0.05], alpha=[10.789], poisson=0.49)
+    >>> Body(skfem.MeshTri().refined(2), skin, plane="stress")
+    Body(32 T6, 81 nodes, plane stress)
     """
 
     mesh: skfem.Mesh
@@ -124,78 +102,76 @@ class Body:
     thickness_mm: float
     materials: tuple[Material, ...]
     material_of: Index
+    """(e,) which material each element has."""
     tables: Tables
+    """Nodes, connectivity and shape functions."""
     weights: Array
+    """(e, q) reference volume each integration point stands for, mm³."""
     pattern: SparsePattern
-    in_halves: bool = True
+    """Sparsity pattern of the stiffness."""
+    in_halves: bool
+    """Whether a large body is summed in two halves, which two threads can share."""
 
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         mesh: skfem.Mesh,
         materials: Material | Mapping[str, Material],
         *,
-        plane: Plane,
+        plane: Plane | str,
         element: str = "T6",
         thickness_mm: float = 1.0,
-    ) -> Body:
-        """Return the body made of ``mesh``.
-
-        Parameters
-        ----------
-        mesh
-            Triangles or quadrilaterals, mm. In axisymmetry x is the distance from the axis.
-        materials
-            One material for everything, or one for each named subdomain of the mesh.
-        plane
-            Plane stress, plane strain or axisymmetry.
-        element
-            Name of an element type, see :mod:`fem2d.body.elements`.
-        thickness_mm
-            Thickness of the section, mm.
-
-        Raises
-        ------
-        BodyError
-            If subdomains and materials do not match, or the thickness is not positive.
-        ElementError
-            If the element does not exist or does not fit the mesh.
-        """
-        kind = element_named(element)
+    ) -> None:
+        kind, assumed = element_named(element), _plane_named(plane)
         if not (np.isfinite(thickness_mm) and thickness_mm > 0):
             raise BodyError(f"thickness_mm = {thickness_mm:g} is not positive: 1.0 is usual")
-        if kind.mean_dilatation and plane is Plane.STRESS:
+        if kind.mean_dilatation and assumed is Plane.STRESS:
             raise BodyError(
                 f"element {element} averages volume changes, which plane stress leaves free: "
                 f"use {element.rstrip('M')}"
             )
         tables = Tables.of(mesh, kind)
-        radius = tables.points[..., 0]
-        if plane is Plane.AXISYMMETRIC and not np.all(radius > 0):
-            raise BodyError(
-                f"an axisymmetric mesh reaches x = {radius.min():g} mm: x is the distance from the "
-                "axis and cannot be negative"
-            )
-        weights = tables.areas * (
-            2 * np.pi * radius if plane is Plane.AXISYMMETRIC else thickness_mm
-        )
         laws, material_of = _assigned(mesh, materials)
-        return cls(
-            mesh,
-            kind,
-            plane,
-            float(thickness_mm),
-            laws,
-            material_of,
-            tables,
-            np.ascontiguousarray(weights),
-            SparsePattern.of(tables.connectivity, len(tables.nodes)),
+        self._set(
+            mesh=mesh,
+            element=kind,
+            plane=assumed,
+            thickness_mm=float(thickness_mm),
+            materials=laws,
+            material_of=material_of,
+            tables=tables,
+            weights=np.ascontiguousarray(tables.areas * _depth(tables, assumed, thickness_mm)),
+            pattern=SparsePattern.of(tables.connectivity, len(tables.nodes)),
+            in_halves=True,
+        )
+
+    def _set(self, **values: object) -> None:
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    def _changed(self, **changes: object) -> Body:
+        """Return the body with some of its attributes changed."""
+        other = object.__new__(Body)
+        other._set(**{f.name: getattr(self, f.name) for f in fields(self)} | changes)
+        return other
+
+    def __repr__(self) -> str:
+        return (
+            f"Body({len(self.tables.connectivity)} {self.element.name}, {len(self.nodes)} nodes, "
+            f"plane {self.plane.name.lower()})"
         )
 
     @property
     def nodes(self) -> Array:
         """(n, 2) reference positions of all nodes, mm, mid-side nodes included."""
         return self.tables.nodes
+
+    def with_materials(self, materials: tuple[Material, ...]) -> Body:
+        """Return the body made of other materials, one for each of :attr:`materials`."""
+        if len(materials) != len(self.materials):
+            raise BodyError(
+                f"{len(materials)} materials for a body of {len(self.materials)}: give as many"
+            )
+        return self._changed(materials=tuple(materials))
 
     def component(self, nodes: NDArray[np.integer]) -> Body:
         """Return the body made of the elements on some nodes (n,), ascending, and no others.
@@ -220,8 +196,7 @@ class Body:
         tables = Tables.of(mesh, self.element)
         renumbered = np.empty(len(nodes), np.int64)
         renumbered[tables.connectivity] = connectivity
-        return replace(
-            self,
+        return self._changed(
             mesh=mesh,
             material_of=self.material_of[elements],
             tables=tables.renumbered(renumbered),
@@ -254,52 +229,23 @@ class Body:
         MaterialError
             If a point is turned inside out: ask only for displacements of finite energy.
         """
-        displacement = self._displacement(u)
-        entries = np.empty((*self.weights.shape, 5))
+        entries, piola, energy = self._point_responses(u)
+        return fields_from(
+            entries, piola, energy, self.weights, self.materials, self.material_of,
+            mean_dilatation=self.element.mean_dilatation,
+        )  # fmt: skip
+
+    def _point_responses(self, u: ArrayLike) -> tuple[Array, Array, Array]:
+        """Return F, P (e, q, 5), as in :mod:`fem2d.body.kinematics`, and ψ (e, q) of the points."""
+        tables, plane = self.tables, self.plane.value
+        components = np.empty((*self.weights.shape, 5))
         section_components(
-            displacement,
-            self.tables.connectivity,
-            self.tables.gradients,
-            self.tables.values,
-            self._radius,
-            self.plane.value,
-            entries,
-        )
-        piola, energy = np.zeros_like(entries), np.empty(self.weights.shape)
-        section_stresses(entries, self._rows, self.material_of, self.plane.value, energy, piola)
-        F = np.zeros((*self.weights.shape, 3, 3))
-        F[..., :2, :2] = entries[..., :4].reshape(*self.weights.shape, 2, 2)
-        F[..., 2, 2] = entries[..., 4]
-        F11, F12, F21, F22, F33 = np.moveaxis(entries, -1, 0)
-        J = (F11 * F22 - F12 * F21) * F33
-        mean_J = np.sum(self.weights * J, axis=1) / np.sum(self.weights, axis=1)
-        if not np.all(np.isfinite(energy)):
-            at = np.unravel_index(np.argmax(~np.isfinite(energy)), energy.shape)
-            raise MaterialError(
-                f"J = {J[at]:.4g} at a point of element {at[0]}: ask only for displacements of "
-                "finite energy"
-            )
-        cauchy = np.zeros_like(F)
-        section = piola[..., :4].reshape(*J.shape, 2, 2)
-        cauchy[..., :2, :2] = section @ np.swapaxes(F[..., :2, :2], -1, -2) / J[..., None, None]
-        cauchy[..., 2, 2] = piola[..., 4] * F[..., 2, 2] / J
-        if self.element.mean_dilatation:
-            for number, law in enumerate(self.materials):
-                here = self.material_of == number
-                mean = np.broadcast_to(mean_J[here][:, None], J[here].shape)
-                at_mean, at_point = law.volumetric(mean), law.volumetric(J[here])
-                cauchy[here] += (at_mean[1] - at_point[1])[..., None, None] * np.eye(3)
-                energy[here] += at_mean[0] - at_point[0]
-        deviator = cauchy - np.trace(cauchy, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
-        return Fields(
-            F,
-            _log_stretches(F),
-            cauchy,
-            np.sqrt(1.5 * np.sum(deviator**2, axis=(-2, -1))),
-            entries[..., 4],
-            energy,
-            self.weights,
-        )
+            self._displacement(u), tables.connectivity, tables.gradients, tables.values,
+            self._radius, plane, components,
+        )  # fmt: skip
+        piola, energy = np.zeros_like(components), np.empty(self.weights.shape)
+        section_stresses(components, self._rows, self.material_of, plane, energy, piola)
+        return components, piola, energy
 
     def mass(self, density_tonne_per_mm3: float) -> Array:
         """Return the consistent mass matrix, tonne, as data (nonzeros,) of the body's pattern."""
@@ -345,6 +291,34 @@ class Body:
             columns.append(self.tables.facet_nodes[facets])
         edges = np.stack(columns, axis=1).astype(np.int64)
         return edges[_chained(edges[:, 0], edges[:, 1])]
+
+    def surface(
+        self,
+        *boundaries: str,
+        points_per_edge: int = 4,
+        at_nodes: bool = False,
+        between_nodes: int = 0,
+    ) -> Surface:
+        """Return one or several named boundaries as a surface that can be touched or loaded.
+
+        Several ones must follow one another, the body on the left. For the points see `Surface`.
+        """
+        return Surface(
+            np.concatenate([self.edges(boundary) for boundary in boundaries]),
+            self.nodes,
+            self.thickness_mm,
+            points_per_edge,
+            self.plane is Plane.AXISYMMETRIC,
+            at_nodes,
+            between_nodes,
+        )
+
+    def dofs(self, *boundaries: str, along: str = "xy") -> Index:
+        """Return the unknowns (h,), ascending, on named boundaries, along x, y or both."""
+        nodes = np.unique(np.concatenate([self.boundary_nodes(name) for name in boundaries]))
+        components = np.array(["xy".index(axis) for axis in sorted(along)])
+        unknowns: Index = (2 * nodes[:, None] + components).ravel()
+        return unknowns
 
     def boundary_nodes(self, boundary: str) -> Index:
         """Return the nodes (m,) on a named boundary, ascending."""
@@ -414,11 +388,7 @@ class Body:
     def _mass_quadrature(self) -> tuple[Array, Array, Array]:
         """Points, shape functions (q, a) and volumes (e, q) that integrate products of shapes."""
         tables = Tables.of(self.mesh, Element(self.element.name, self.element.shape, 5))
-        depth = (
-            2 * np.pi * tables.points[..., 0]
-            if self.plane is Plane.AXISYMMETRIC
-            else self.thickness_mm
-        )
+        depth = _depth(tables, self.plane, self.thickness_mm)
         return tables.points, tables.values, tables.areas * depth
 
     @cached_property
@@ -446,17 +416,27 @@ class Body:
         return node
 
 
-def _log_stretches(F: Array) -> Array:
-    """Return the logarithms (..., 3), ascending, of the stretches of a section's F (..., 3, 3).
+def _plane_named(plane: Plane | str) -> Plane:
+    if isinstance(plane, Plane):
+        return plane
+    names = {known.name.lower(): known for known in Plane}
+    if plane not in names:
+        raise BodyError(_unknown("plane", plane, names).replace("mesh has no", "body has no"))
+    return names[plane]
 
-    In the plane, the sum and the difference of the two stretches are the lengths of the parts of F
-    that commute and anticommute with a quarter turn.
-    """
-    a, b, c, d = F[..., 0, 0], F[..., 0, 1], F[..., 1, 0], F[..., 1, 1]
-    total, apart = np.hypot(a + d, b - c), np.hypot(a - d, b + c)
-    larger = 0.5 * (total + apart)
-    smaller = np.abs(a * d - b * c) / larger
-    return np.sort(np.log(np.stack([larger, smaller, F[..., 2, 2]], axis=-1)), axis=-1)
+
+def _depth(tables: Tables, plane: Plane, thickness_mm: float) -> Array | float:
+    """Return the length that the section stands for at its points (e, q), or everywhere, mm."""
+    if plane is not Plane.AXISYMMETRIC:
+        return thickness_mm
+    radius = tables.points[..., 0]
+    if not np.all(radius > 0):
+        raise BodyError(
+            f"an axisymmetric mesh reaches x = {radius.min():g} mm: x is the distance from the "
+            "axis and cannot be negative"
+        )
+    depth: Array = 2 * np.pi * radius
+    return depth
 
 
 def _assigned(

@@ -162,6 +162,11 @@ class Surface:
         nodal = np.einsum("qk,mq,mqc->mkc", self.shape, self.weight[chosen], traction)
         return self.dofs[chosen], nodal.reshape(len(chosen), 2 * self.edges.shape[1])
 
+    def uniform_force(self, traction: ArrayLike) -> Array:
+        """Return the nodal forces (2n,), N, of one traction (2,), MPa of reference area."""
+        everywhere = np.broadcast_to(np.asarray(traction, float), (*self.weight.shape, 2))
+        return self.scattered(self.assembled_force(everywhere)[1])
+
     def assembled_stiffness(self, slope: Array, edges: Index) -> Array:
         """Return blocks (j, 2k, 2k), N/mm, of traction derivatives (j, q, 2, 2), MPa/mm."""
         count, points, nodes = len(edges), len(self.shape), self.shape.shape[1]

@@ -7,7 +7,7 @@ forces do not depend on the displacement, so it has the energy ``−f·u`` and n
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +27,6 @@ class DeadLoad:
 
     Parameters
     ----------
-    name
-        What reports call it.
     surface
         The surface that carries the stretch.
     from_mm, to_mm
@@ -39,15 +37,18 @@ class DeadLoad:
         Force per reference area where it acts in full, MPa.
     amplitude
         Factor on it against time.
+    name
+        What reports call it.
     """
 
-    name: str
     surface: Surface
+    _: KW_ONLY
     from_mm: float
     to_mm: float
     fade_mm: float
     traction_mpa: tuple[float, float]
     amplitude: Amplitude
+    name: str = "dead load"
     share: Array = field(init=False, repr=False, compare=False)
     """(m, q) how much of the load acts at the Gauss points."""
     full_force: Array = field(init=False, repr=False, compare=False)

@@ -8,7 +8,7 @@ such point: the traction ``−k (u − u_bone)`` stays bounded.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +31,6 @@ class ElasticTie:
 
     Parameters
     ----------
-    name
-        What reports call it.
     surface
         The tissue's side.
     stiffness_mpa_per_mm
@@ -44,14 +42,17 @@ class ElasticTie:
         there when the tie is relaxed: so an elastic neck is held by the package behind it.
     only_along
         Unit vector of the only direction that is held, as by a row of rollers; None holds both.
+    name
+        What reports call it.
     """
 
-    name: str
     surface: Surface
     stiffness_mpa_per_mm: float
-    fade_mm: float
+    _: KW_ONLY
+    fade_mm: float = 0.0
     attached_at: RigidPlacement | None = None
     only_along: tuple[float, float] | None = None
+    name: str = "tie"
     layer: Array = field(init=False, repr=False, compare=False)
     """(m, q) stiffness per area at the Gauss points, MPa/mm."""
 

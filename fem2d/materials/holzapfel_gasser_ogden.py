@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from fem2d.materials.fibre_kernels import FIBRES
-from fem2d.materials.material import Array, MaterialError, checked_gradient, compressibility
+from fem2d.materials.material import Array, MaterialError, checked_gradient, given_compressibility
 
 ISOTROPIC = 1 / 3
+TINIEST = math.ulp(0.0)
+"""The smallest positive number."""
+
+Direction: TypeAlias = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class HolzapfelGasserOgden:
     """ψ = C₁₀(Î₁ − 3) + ((J² − 1)/2 − ln J)/D + k₁/(2k₂) Σ_a (exp(k₂⟨Ê_a⟩²) − 1).
 
@@ -37,6 +43,8 @@ class HolzapfelGasserOgden:
     fibres
         Mean direction of each family in the reference state; any length but zero. With
         κ = 1/3 the direction means nothing and one family stands for all fibres.
+    poisson
+        Poisson's ratio of the matrix at zero strain, instead of ``D_per_mpa``.
 
     Raises
     ------
@@ -50,52 +58,51 @@ class HolzapfelGasserOgden:
     k2: float
     kappa: float
     D_per_mpa: float
-    fibres: tuple[tuple[float, float, float], ...] = ((1.0, 0.0, 0.0),)
+    fibres: tuple[Direction, ...]
 
-    def __post_init__(self) -> None:
-        for name, lowest, remedy in (
-            ("C10_mpa", math.ulp(0.0), "half the matrix' shear modulus, positive"),
-            ("k1_mpa", 0.0, "0 for no fibres, about 24.5 for skin"),
-            ("k2", 0.0, "0 for fibres that do not stiffen, about 0.13 for skin"),
-            ("kappa", 0.0, "0 for aligned fibres … 1/3 for isotropic ones"),
-            ("D_per_mpa", math.ulp(0.0), "2 over the bulk modulus, positive (or poisson = 0.49)"),
-        ):
-            number = float(getattr(self, name))
-            if not (math.isfinite(number) and number >= lowest):
-                raise MaterialError(f"{name} = {number:g} is out of range: give {remedy}")
-            object.__setattr__(self, name, number)
+    def __init__(
+        self,
+        C10_mpa: float,
+        k1_mpa: float,
+        k2: float,
+        kappa: float,
+        D_per_mpa: float | None = None,
+        fibres: Sequence[Direction] = ((1.0, 0.0, 0.0),),
+        *,
+        poisson: float | None = None,
+    ) -> None:
+        self._set("C10_mpa", C10_mpa, TINIEST, "half the matrix' shear modulus, positive")
+        self._set("k1_mpa", k1_mpa, 0.0, "0 for no fibres, about 24.5 for skin")
+        self._set("k2", k2, 0.0, "0 for fibres that do not stiffen, about 0.13 for skin")
+        self._set("kappa", kappa, 0.0, "0 for aligned fibres … 1/3 for isotropic ones")
+        D = given_compressibility("D_per_mpa", D_per_mpa, 2 * self.C10_mpa, poisson)
+        self._set("D_per_mpa", D, TINIEST, "2 over the bulk modulus, positive (or poisson = 0.49)")
         if self.kappa > ISOTROPIC + 1e-9:
             raise MaterialError(
                 f"kappa = {self.kappa:g} is above 1/3: give 0 for aligned fibres … 1/3 for "
                 "isotropic ones"
             )
-        directions = np.asarray(self.fibres, float)
+        object.__setattr__(self, "fibres", self._checked(fibres))
+
+    def _set(self, name: str, value: float, lowest: float, remedy: str) -> None:
+        number = float(value)
+        if not (math.isfinite(number) and number >= lowest):
+            raise MaterialError(f"{name} = {number:g} is out of range: give {remedy}")
+        object.__setattr__(self, name, number)
+
+    def _checked(self, fibres: Sequence[Direction]) -> tuple[Direction, ...]:
+        directions = np.asarray(fibres, float)
         if directions.ndim != 2 or directions.shape[1] != 3 or len(directions) == 0:
-            raise MaterialError(
-                f"fibres = {self.fibres}: give one direction [x, y, z] for each family"
-            )
+            raise MaterialError(f"fibres = {fibres}: give one direction [x, y, z] for each family")
         lengths = np.linalg.norm(directions, axis=1)
         if not np.all(np.isfinite(lengths) & (lengths > 0)):
-            raise MaterialError(f"fibres = {self.fibres}: a direction has no length")
+            raise MaterialError(f"fibres = {fibres}: a direction has no length")
         if self.isotropic and len(directions) > 1:
             raise MaterialError(
                 f"kappa = 1/3 with {len(directions)} families counts all fibres "
                 f"{len(directions)} times: leave out fibres, or give one direction"
             )
-        object.__setattr__(self, "fibres", tuple(map(tuple, directions.tolist())))
-
-    @classmethod
-    def from_poisson(
-        cls,
-        C10_mpa: float,
-        k1_mpa: float,
-        k2: float,
-        kappa: float,
-        poisson: float,
-        fibres: tuple[tuple[float, float, float], ...] = ((1.0, 0.0, 0.0),),
-    ) -> HolzapfelGasserOgden:
-        """Return the law whose matrix has this Poisson's ratio at zero strain."""
-        return cls(C10_mpa, k1_mpa, k2, kappa, compressibility(2 * C10_mpa, poisson), fibres)
+        return tuple((x, y, z) for x, y, z in directions.tolist())
 
     @property
     def isotropic(self) -> bool:

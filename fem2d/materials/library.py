@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
-from fem2d.materials.material import Material, MaterialError, compressibility
+from fem2d.materials.material import Material, MaterialError
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
 
@@ -210,20 +210,14 @@ def material_from(table: Mapping[str, Any], where: str = "") -> Material:
 
 
 def _law(law: str, table: Mapping[str, Any], given: str) -> Material:
+    poisson = _number(table, "poisson") if given == "poisson" else None
     if law == "ogden":
-        mu, alpha = _numbers(table, "mu_mpa"), _numbers(table, "alpha")
-        if given == "poisson":
-            if sum(mu) <= 0:
-                return Ogden(mu, alpha, (1.0,))  # says what is wrong with mu
-            return Ogden.from_poisson(mu, alpha, _number(table, "poisson"))
-        return Ogden(mu, alpha, _numbers(table, given))
+        D = None if poisson is not None else _numbers(table, given)
+        return Ogden(_numbers(table, "mu_mpa"), _numbers(table, "alpha"), D, poisson=poisson)
     C10 = _number(table, "C10_mpa")
-    if given == "poisson":
-        D = compressibility(2 * C10, _number(table, "poisson")) if C10 > 0 else 1.0
-    else:
-        D = _number(table, given)
+    D1 = None if poisson is not None else _number(table, given)
     if law == "neo-hookean":
-        return NeoHookean(C10, D)
+        return NeoHookean(C10, D1, poisson=poisson)
     fibres = table.get("fibres", [[1.0, 0.0, 0.0]])
     try:
         directions = tuple((float(a), float(b), float(c)) for a, b, c in fibres)
@@ -232,7 +226,7 @@ def _law(law: str, table: Mapping[str, Any], given: str) -> Material:
             f"fibres = {fibres!r}: give one direction [x, y, z] for each family"
         ) from None
     k1, k2, kappa = (_number(table, key) for key in ("k1_mpa", "k2", "kappa"))
-    return HolzapfelGasserOgden(C10, k1, k2, kappa, D, directions)
+    return HolzapfelGasserOgden(C10, k1, k2, kappa, D1, directions, poisson=poisson)
 
 
 def _number(table: Mapping[str, Any], key: str) -> float:

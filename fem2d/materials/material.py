@@ -106,6 +106,24 @@ def compressibility(shear_modulus_mpa: float, poisson: float) -> float:
     return 3 * (1 - 2 * poisson) / (shear_modulus_mpa * (1 + poisson))
 
 
+def given_compressibility(
+    name: str, given: float | None, shear_modulus_mpa: float, poisson: float | None
+) -> float:
+    """Return D₁ in 1/MPa, which is given either itself, under a name, or by Poisson's ratio.
+
+    Raises
+    ------
+    MaterialError
+        If none or both are given, or Poisson's ratio is out of its range.
+    """
+    if given is not None and poisson is None:
+        return float(given)
+    if poisson is not None and given is None:
+        return compressibility(shear_modulus_mpa, poisson)
+    told = "both poisson and" if poisson is not None else "neither poisson nor"
+    raise MaterialError(f"{told} {name} given: give one of the two, for instance poisson = 0.49")
+
+
 def poisson_ratio(shear_modulus_mpa: float, bulk_modulus_mpa: float) -> float:
     """Return Poisson's ratio at zero strain from the two moduli, MPa (thesis eq. 3.1)."""
     ratio = bulk_modulus_mpa / shear_modulus_mpa

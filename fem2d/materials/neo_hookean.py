@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem2d.materials.material import Array, MaterialError, compressibility
+from fem2d.materials.material import Array, MaterialError, given_compressibility
 from fem2d.materials.principal import PrincipalLaw
 from fem2d.materials.principal_kernels import PRINCIPAL
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class NeoHookean(PrincipalLaw):
     """ψ = C₁₀ (Î₁ − 3) + (J − 1)²/D₁ with μ₀ = 2 C₁₀ and K₀ = 2/D₁.
 
@@ -24,6 +24,8 @@ class NeoHookean(PrincipalLaw):
         C₁₀ > 0, MPa.
     D1_per_mpa
         D₁ > 0, 1/MPa.
+    poisson
+        Poisson's ratio at zero strain, which gives D₁, instead of ``D1_per_mpa``.
 
     Raises
     ------
@@ -34,20 +36,18 @@ class NeoHookean(PrincipalLaw):
     C10_mpa: float
     D1_per_mpa: float
 
-    def __post_init__(self) -> None:
-        for name, remedy in (
-            ("C10_mpa", "half the initial shear modulus, e.g. 0.005 for a lip"),
-            ("D1_per_mpa", "2 over the bulk modulus; or give poisson, e.g. 0.49"),
-        ):
-            number = float(getattr(self, name))
-            if not (math.isfinite(number) and number > 0):
-                raise MaterialError(f"{name} = {number:g} is not positive: give {remedy}")
-            object.__setattr__(self, name, number)
+    def __init__(
+        self, C10_mpa: float, D1_per_mpa: float | None = None, *, poisson: float | None = None
+    ) -> None:
+        self._set("C10_mpa", C10_mpa, "half the initial shear modulus, e.g. 0.005 for a lip")
+        D1 = given_compressibility("D1_per_mpa", D1_per_mpa, 2 * self.C10_mpa, poisson)
+        self._set("D1_per_mpa", D1, "2 over the bulk modulus; or give poisson, e.g. 0.49")
 
-    @classmethod
-    def from_poisson(cls, C10_mpa: float, poisson: float) -> NeoHookean:
-        """Return the law with this C₁₀ (MPa) and Poisson's ratio at zero strain."""
-        return cls(C10_mpa, compressibility(2 * C10_mpa, poisson))
+    def _set(self, name: str, value: float, remedy: str) -> None:
+        number = float(value)
+        if not (math.isfinite(number) and number > 0):
+            raise MaterialError(f"{name} = {number:g} is not positive: give {remedy}")
+        object.__setattr__(self, name, number)
 
     @property
     def shear_modulus_mpa(self) -> float:

@@ -247,13 +247,12 @@ def solve_static(
 
     Examples
     --------
-    >>> import numpy as np, skfem
+    >>> import skfem
     >>> from fem2d.body.body import Body
-    >>> from fem2d.body.kinematics import Plane
     >>> from fem2d.materials.neo_hookean import NeoHookean
     >>> square = skfem.MeshTri().with_boundaries({"low": lambda x: x[1] == 0})
-    >>> body = Body.of(square, NeoHookean.from_poisson(0.005, 0.49), plane=Plane.STRAIN)
-    >>> model = Model(body, held=np.array([0, 1, 2, 3]))
+    >>> body = Body(square, NeoHookean(0.005, poisson=0.49), plane="strain")
+    >>> model = Model(body, held=body.dofs("low"))
     >>> solve_static(model, Load()).converged
     True
     """

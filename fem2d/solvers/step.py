@@ -116,7 +116,7 @@ def predicted(
         step = bordered.solve(np.concatenate([forces, equations]), residual=residual)
     except SingularMatrixError:
         return moved, load
-    there = here - step[: here.size].reshape(here.shape)
+    there = with_supports_moved(model, here - step[: here.size].reshape(here.shape), load)
     if further is not None:
         load = further.applied(load, values - step[here.size :])
     return there, load

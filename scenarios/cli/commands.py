@@ -42,16 +42,10 @@ NOT_FINISHED = 3
 INTERRUPTED = 130
 PACKAGES = ("geometry2d", "mocap", "fem2d", "scenarios")
 
-SWITCH_S = 5e-4
-"""How long a thread may keep the interpreter from another. By default ten times as long, for which
-the solver, back from a factorisation, would wait while the last increment is looked at: a tenth of
-a replay's time."""
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     options = _parser().parse_args(arguments)
-    sys.setswitchinterval(SWITCH_S)
     try:
         code: int = options.command(options)
         sys.stdout.flush()

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.body.body import Body
-from fem2d.body.kinematics import Plane
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
@@ -135,17 +134,16 @@ class Lips:
         solver = self.scenario.solver
         sections = tuple(getattr(self.head, lip) for lip in self.present)
         mesh = section_mesh(sections, LEVELS[solver.resolution])
-        return Body.of(
+        return Body(
             mesh,
             _materials(self.scenario.skin, self.present),
-            plane=Plane.STRESS if solver.plane == "stress" else Plane.STRAIN,
+            plane=solver.plane,
             thickness_mm=solver.thickness_mm,
         )
 
     def surface(self, name: str) -> Surface:
         """Return a named stretch of boundary with its integration points."""
-        body = self.body
-        return Surface(body.edges(name), body.nodes, self.scenario.solver.thickness_mm)
+        return self.body.surface(name)
 
     def free_edges(self, lip: str) -> NDArray[np.intp]:
         """Return the edges (m, 3) of a lip that may touch: its skin and, behind it, its inner side.
@@ -199,10 +197,10 @@ class Lips:
         ]
         ties = tuple(
             ElasticTie(
-                f"{lip}_{part}",
                 self.surface(f"{lip}_{part}"),
                 BONE_STIFFNESS_MPA_PER_MM,
-                self.scenario.head.tie_fade_mm if part == "bone" else 0.0,
+                fade_mm=self.scenario.head.tie_fade_mm if part == "bone" else 0.0,
+                name=f"{lip}_{part}",
             )
             for lip in self.present
             for part in ("bone", "cut")
@@ -228,7 +226,6 @@ class Lips:
         direction = np.deg2rad(pull.direction_deg)
         size_mpa = 1e-3 * pull.traction_kpa
         return DeadLoad(
-            f"pull on the {muscle.lip} lip",
             self.surface(f"{muscle.lip}_skin"),
             from_mm=ends[0],
             to_mm=ends[1],
@@ -238,6 +235,7 @@ class Lips:
                 size_mpa * float(np.sin(direction)),
             ),
             amplitude=pull.amplitude,
+            name=f"pull on the {muscle.lip} lip",
         )
 
     def model(self, head_angle_rad: float) -> SectionModel:

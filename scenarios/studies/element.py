@@ -189,8 +189,10 @@ def figure_materials() -> dict[str, tuple[str, dict[str, Material]]]:
 
     def changed(mu: float, alpha: float) -> Material:
         poisson = _poisson(ogden)
-        return Ogden.from_poisson(
-            tuple(m * mu for m in ogden.mu_mpa), tuple(a * alpha for a in ogden.alpha), poisson
+        return Ogden(
+            tuple(m * mu for m in ogden.mu_mpa),
+            tuple(a * alpha for a in ogden.alpha),
+            poisson=poisson,
         )
 
     return {

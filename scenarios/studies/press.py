@@ -24,8 +24,6 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from fem2d.body.body import Body
-from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact, rigid_responses
 from fem2d.loads.load import Load
@@ -163,10 +161,10 @@ class Press:
                 "skin": lambda middle: middle[:, 1] > 0.3 * o.lip_height_mm,
             },
         )
-        return Body.of(
+        return Body(
             mesh,
             {"dermis": self.layers[skin], "bulk": self.layers[inside]},
-            plane=Plane.STRESS if o.plane == "stress" else Plane.STRAIN,
+            plane=o.plane,
             element="T6",
             thickness_mm=o.thickness_mm,
         )
@@ -175,8 +173,7 @@ class Press:
     def system(self) -> Model:
         """Lip, its fixed bottom, and the neck's lower wall."""
         body = self.body
-        bottom = body.boundary_nodes("bottom")
-        surface = Surface(body.edges("skin"), body.nodes, self.options.thickness_mm)
+        surface = body.surface("skin")
         pair = RigidContact(
             surface,
             self.neck.lower_wall,
@@ -184,8 +181,7 @@ class Press:
             friction=FrictionLaw(self.options.friction),
             name="neck",
         )
-        held = np.concatenate([2 * bottom, 2 * bottom + 1])
-        return Model(body, contacts=(pair,), held=held)
+        return Model(body, contacts=[pair], held=body.dofs("bottom"))
 
     def load(self, indentation_mm: float) -> Load:
         """Return the load that lowers the neck by this much from where it first touches, mm."""

@@ -20,8 +20,6 @@ import skfem
 from numpy.typing import NDArray
 
 from fem2d.body.body import Body
-from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.loads.load import Load
@@ -236,12 +234,9 @@ class SuctionModel:
         materials = dict(layers)
         if len(names) == 1:
             materials = {"dermis": layers[names[0]], "below": layers[names[0]]}
-        body = Body.of(mesh, materials, plane=Plane.AXISYMMETRIC, element=options.element)
-        sides = np.union1d(body.boundary_nodes("side"), body.boundary_nodes("bottom"))
-        held = np.union1d(
-            2 * body.boundary_nodes("axis"), np.concatenate([2 * sides, 2 * sides + 1])
-        )
-        surface = Surface(body.edges("surface"), body.nodes, axisymmetric=True)
+        body = Body(mesh, materials, plane="axisymmetric", element=options.element)
+        held = np.union1d(body.dofs("axis", along="x"), body.dofs("side", "bottom"))
+        surface = body.surface("surface")
         free_friction = FrictionLaw(coefficient=0.0)
         law = NormalLaw(options.contact_mpa_per_mm, 1e-2 / options.contact_mpa_per_mm)
         contact = RigidContact(
@@ -271,7 +266,7 @@ class SuctionModel:
         if len(laws) == 1:
             laws = (laws[0], laws[0])
         system = self.system
-        return replace(self, system=replace(system, body=replace(system.body, materials=laws)))
+        return replace(self, system=replace(system, body=system.body.with_materials(laws)))
 
     def apex_mm(self, result: StaticResult) -> float:
         """Return how far the middle of the surface has risen, mm."""

@@ -11,7 +11,6 @@ import skfem
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.loads.load import Load, Loading
@@ -58,7 +57,7 @@ def loaded(body: Body, *, load=None, path=None, **members) -> LoadedModel:
 
 def linear_elastic(young_mpa: float, poisson: float) -> NeoHookean:
     """The neo-Hookean law that has these constants at small strain."""
-    return NeoHookean.from_poisson(young_mpa / (4 * (1 + poisson)), poisson)
+    return NeoHookean(young_mpa / (4 * (1 + poisson)), poisson=poisson)
 
 
 def block(
@@ -103,7 +102,7 @@ def block(
             _boundaries=mesh.boundaries,
             _subdomains=mesh.subdomains,
         )
-    return Body.of(mesh, material, plane=plane, element=element, **options)
+    return Body(mesh, material, plane=plane, element=element, **options)
 
 
 def graded(half_width: float, finest: float, inside: float, ratio: float = 1.15) -> np.ndarray:
@@ -123,17 +122,12 @@ def graded(half_width: float, finest: float, inside: float, ratio: float = 1.15)
 
 def unknowns(body: Body, side: str, component: int) -> np.ndarray:
     """Unknowns of one component (0 along x, 1 along y) on a named side."""
-    return 2 * body.boundary_nodes(side) + component
+    return body.dofs(side, along="xy"[component])
 
 
 def side_pressure(body: Body, side: str, traction: tuple[float, float]) -> np.ndarray:
     """Nodal forces (2n,) of a uniform dead traction, MPa, on a named side."""
-    surface = Surface(body.edges(side), body.nodes, thickness_mm=body.thickness_mm)
-    uniform = np.broadcast_to(np.asarray(traction, float), (*surface.weight.shape, 2))
-    force = np.zeros(2 * len(body.nodes))
-    dofs, nodal = surface.assembled_force(uniform)
-    np.add.at(force, dofs, nodal)
-    return force
+    return body.surface(side).uniform_force(traction)
 
 
 def plane_below(y: float = 0.0, *, reach: float = 1000.0) -> Outline:
@@ -209,8 +203,8 @@ LIP_PRESS_SIZE_MM = (20.0, 12.0)
 LIP_PRESS_CIRCLE = Outline.circle([10, 16], 4)
 LIP_PRESS_LAYERS = {"dermis": lambda p: p[1] > 10.8, "bulk": lambda p: p[1] < 10.8}
 LIP_PRESS_MATERIALS = {
-    "dermis": Ogden.from_poisson((0.05,), (10.789,), 0.49),
-    "bulk": NeoHookean.from_poisson(0.0041867, 0.49),
+    "dermis": Ogden((0.05,), (10.789,), poisson=0.49),
+    "bulk": NeoHookean(0.0041867, poisson=0.49),
 }
 
 
@@ -228,7 +222,7 @@ def lip_press(columns=50, rows=40, *, plane=Plane.STRAIN, element="Q4", angle=0.
         x, y, LIP_PRESS_MATERIALS, plane=plane, element=element, angle=angle,
         layers=LIP_PRESS_LAYERS,
     )  # fmt: skip
-    top = Surface(body.edges("top"), body.nodes, points_per_edge=options.pop("points", 2))
+    top = body.surface("top", points_per_edge=options.pop("points", 2))
     lip = LIP_PRESS_CIRCLE.moved(angle, [0, 0])
     normal = options.pop("normal", NormalLaw(10.0, 1e-9))
     friction = options.pop("friction", FrictionLaw(1.0, 10.0))

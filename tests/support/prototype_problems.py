@@ -70,7 +70,7 @@ def pressed_and_dragged(case: Case) -> tuple[Model, RigidMotion]:
         mesh = block_mesh(20, 12, 182, 110, layers={"dermis": DERMIS_MM / 12})
     else:
         mesh = _graded_block(20, 12, case.edge_mm)
-    body = Body.of(
+    body = Body(
         mesh,
         configuration("L2-Ogden"),
         plane=case.plane,
@@ -108,7 +108,7 @@ def snap_back(case: Case) -> tuple[Model, RigidMotion]:
             "skin": lambda middle: middle[:, 1] > 1e-9,
         },
     )
-    body = Body.of(
+    body = Body(
         mesh,
         configuration("L2-Ogden"),
         plane=case.plane,
@@ -173,7 +173,7 @@ def _system(
                 outside, tooth, normal=normal, friction=FrictionLaw(0.0), moving=False, name="tooth"
             )
         )
-    bone = ElasticTie("bone", surface(body.edges(bottom)), BONE_MPA_PER_MM, FADE_MM)
+    bone = ElasticTie(surface(body.edges(bottom)), BONE_MPA_PER_MM, fade_mm=FADE_MM, name="bone")
     fold = SelfContact(
         (outside,),
         normal=normal,

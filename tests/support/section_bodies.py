@@ -14,11 +14,11 @@ from fem2d.materials.material import Array, Material
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
 
-SOFT = NeoHookean.from_poisson(0.0042, 0.49)
+SOFT = NeoHookean(0.0042, poisson=0.49)
 STIFF = Ogden((0.05, 0.01), (10.789, -2.0), (0.8, 2.0))
 C, S = math.cos(0.7), math.sin(0.7)
-FIBROUS = HolzapfelGasserOgden.from_poisson(
-    0.1, 2.4, 0.13, 0.14, 0.49, ((C, S, 0.0), (C, -0.5, 0.4), (C, -0.5, -0.4))
+FIBROUS = HolzapfelGasserOgden(
+    0.1, 2.4, 0.13, 0.14, fibres=((C, S, 0.0), (C, -0.5, 0.4), (C, -0.5, -0.4)), poisson=0.49
 )
 ELEMENTS = ("T3", "T6", "T6R", "T6M", "Q4", "Q4R", "Q4M", "Q8", "Q8R", "Q8M", "Q8RM")
 CASES = [
@@ -52,7 +52,7 @@ def body(
     plane: Plane, element: str, *, left: Material = SOFT, right: Material = STIFF, cells: int = 2
 ) -> Body:
     mesh = distorted(element, cells=cells)
-    return Body.of(mesh, {"left": left, "right": right}, plane=plane, element=element)
+    return Body(mesh, {"left": left, "right": right}, plane=plane, element=element)
 
 
 def displacement(body: Body, *, size: float = 0.02, seed: int = 1) -> Array:

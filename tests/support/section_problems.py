@@ -42,7 +42,7 @@ def pressed_block(
     step: int,
 ) -> tuple[float, float]:
     """Return the force (N) on the top edge after ``step`` of ten steps of PEERS.md's block."""
-    body = Body.of(block(element, *cells), materials, plane=plane, element=element)
+    body = Body(block(element, *cells), materials, plane=plane, element=element)
     top, bottom = body.boundary_nodes("top"), body.boundary_nodes("bottom")
     share = step / 10
     fixed = np.concatenate([2 * bottom, 2 * bottom + 1, 2 * top, 2 * top + 1])
@@ -67,25 +67,12 @@ def cook(element: str, cells: int, law: Material, load_mpa: float) -> tuple[floa
     mesh = mesh.with_boundaries(
         {"left": lambda x: x[0] < 1e-9, "right": lambda x: x[0] > 48 - 1e-9}
     )
-    body = Body.of(mesh, law, plane=Plane.STRAIN, element=element)
-    left = body.boundary_nodes("left")
-    load = edge_load(body, "right", (0.0, load_mpa))
-    found = at_rest(body, np.concatenate([2 * left, 2 * left + 1]), dead_n=load)
+    body = Body(mesh, law, plane=Plane.STRAIN, element=element)
+    load = body.surface("right").uniform_force([0.0, load_mpa])
+    found = at_rest(body, body.dofs("left"), dead_n=load)
     rise = found.displacement[:, 1]
     middle, corner = (np.argmin(np.hypot(*(body.nodes - [48, y]).T)) for y in (52, 60))
     return float(rise[middle]), float(rise[corner])
-
-
-def edge_load(body: Body, boundary: str, traction: tuple[float, float]) -> Array:
-    """Return the nodal forces (2n,) of a dead traction (MPa) on a named boundary."""
-    edges = body.edges(boundary)
-    corners = body.nodes[edges[:, :2]]
-    length = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1) * body.thickness_mm
-    shares = (1 / 6, 1 / 6, 2 / 3) if edges.shape[1] == 3 else (1 / 2, 1 / 2)
-    load = np.zeros(body.nodes.shape)
-    for node, share in zip(edges.T, shares, strict=True):
-        np.add.at(load, node, share * length[:, None] * np.asarray(traction))
-    return load.ravel()
 
 
 def quarter_ring(element: str, inner: float, outer: float, cells: tuple[int, int]) -> skfem.Mesh:
@@ -121,7 +108,7 @@ def inflated(
 
     The inner wall is moved; the pressure is the radial reaction over the deformed inner surface.
     """
-    body = Body.of(quarter_ring(element, inner, outer, cells), law, plane=plane, element=element)
+    body = Body(quarter_ring(element, inner, outer, cells), law, plane=plane, element=element)
     wall = body.boundary_nodes("inner")
     flat = np.setdiff1d(body.boundary_nodes("flat"), wall)
     upright = np.setdiff1d(body.boundary_nodes("upright"), wall)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fem2d.body.body import Body
-from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
@@ -28,15 +27,17 @@ def squeezed(
 
     Skin touches skin with ``friction``.
     """
-    surface = {
-        name: Surface(body.edges(name), body.nodes) for name in ("top", "bottom", "left", "right")
-    }
+    surface = {name: body.surface(name) for name in ("top", "bottom", "left", "right")}
     normal, smooth = NormalLaw(), FrictionLaw(0.0)
     rollers = (
-        ElasticTie("below", surface["bottom"], roller_mpa_per_mm, 0.0, only_along=(0.0, 1.0)),
-        ElasticTie("left", surface["left"], roller_mpa_per_mm, 0.0, only_along=(1.0, 0.0)),
+        ElasticTie(surface["bottom"], roller_mpa_per_mm, only_along=(0.0, 1.0), name="below"),
+        ElasticTie(surface["left"], roller_mpa_per_mm, only_along=(1.0, 0.0), name="left"),
         ElasticTie(
-            "right", surface["right"], roller_mpa_per_mm, 0.0, motion.at(0.0), only_along=(1.0, 0.0)
+            surface["right"],
+            roller_mpa_per_mm,
+            attached_at=motion.at(0.0),
+            only_along=(1.0, 0.0),
+            name="right",
         ),
     )
     left = Outline.from_corners([[-5, -20], [0, -20], [0, 60], [-5, 60]], 0.0)

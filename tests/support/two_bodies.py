@@ -4,7 +4,6 @@ import numpy as np
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.contact.self_contact import SelfContact
 
 
@@ -23,13 +22,12 @@ def joined(lower: Body, upper: Body, materials, element) -> Body:
     mesh = mesh.with_boundaries(named).with_subdomains(
         {"lower": np.arange(cells), "upper": np.arange(cells, mesh.t.shape[1])}
     )
-    return Body.of(mesh, materials, plane=Plane.STRAIN, element=element)
+    return Body(mesh, materials, plane=Plane.STRAIN, element=element)
 
 
 def between(body, normal, friction, points=2, reach=0.2):
     """Contact of the lower piece's top with the upper piece's bottom."""
     sides = tuple(
-        Surface(body.edges(name), body.nodes, points_per_edge=points)
-        for name in ("lower_top", "upper_bottom")
+        body.surface(name, points_per_edge=points) for name in ("lower_top", "upper_bottom")
     )
     return SelfContact(sides, normal=normal, friction=friction, reach_mm=reach, name="pieces")

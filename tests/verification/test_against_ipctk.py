@@ -17,7 +17,6 @@ from scipy.sparse.linalg import spsolve
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.self_contact import SelfContact
 from geometry2d.outline import Outline
@@ -261,8 +260,8 @@ def test_groove_that_closes_on_itself(coefficient):
     outer = np.concatenate(list(mesh.boundaries.values()))
     skin = np.setdiff1d(mesh.boundary_facets(), outer)
     mesh = mesh.with_boundaries({**mesh.boundaries, "skin": skin})
-    body = Body.of(mesh, linear_elastic(1.0, 0.3), plane=Plane.STRAIN, element="Q4")
-    surface = Surface(body.edges("skin"), body.nodes, points_per_edge=3)
+    body = Body(mesh, linear_elastic(1.0, 0.3), plane=Plane.STRAIN, element="Q4")
+    surface = body.surface("skin", points_per_edge=3)
     fold = SelfContact(
         (surface,),
         normal=NormalLaw(50.0, 1e-5),

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.solvers.inertia import Inertia
@@ -60,7 +59,7 @@ def test_hertz_cylinder(element, finest, sampled):
         linear_elastic(young, poisson),
         element=element,
     )
-    top = Surface(body.edges("top"), body.nodes, **sampled)
+    top = body.surface("top", **sampled)
     cylinder = Outline.circle([0, radius], radius)
     system = supported(
         body,
@@ -93,7 +92,7 @@ def pressed_by_crest(edge, *, aside=0.0, **points):
         linear_elastic(0.1, 0.45),
         element="T6",
     )
-    top = Surface(body.edges("top"), body.nodes, **points)
+    top = body.surface("top", **points)
     motion = path([0, 1], [[0, 0], [0, -0.3]])
     return top, followed(supported(body, [crest_pair(top, aside)]), motion, increments=6)[-1]
 
@@ -170,7 +169,7 @@ def test_flat_punch_away_from_its_corners(sampled, within):
     inside, outside = graded(1, 0.01, 0.1, 1.2), graded(39, 0.01, 0.1, 1.2)
     x = np.concatenate([1 - inside[:0:-1], 1 + outside])
     body = block(x, -graded(40, 0.01, 0.1, 1.2)[::-1], linear_elastic(1.0, 0.3))
-    top = Surface(body.edges("top"), body.nodes, **sampled)
+    top = body.surface("top", **sampled)
     punch = Outline.from_corners([[-1, 0], [1, 0], [1, 2], [-1, 2]], 0)
     system = supported(
         body,
@@ -204,7 +203,7 @@ def test_cattaneo_mindlin_partial_slip(finest, sampled, largest_within):
         linear_elastic(1.0, poisson),
         element="Q4M",
     )
-    top = Surface(body.edges("top"), body.nodes, **sampled)
+    top = body.surface("top", **sampled)
     cylinder = Outline.circle([0, radius], radius)
 
     def with_friction(law):
@@ -244,7 +243,7 @@ def test_patch_pressed_on_a_rigid_plane(element, sampled):
         np.linspace(0, 1, 7), np.linspace(0, 0.5, 4), linear_elastic(1.0, 0.3),
         element=element, distortion=0.35,
     )  # fmt: skip
-    bottom = Surface(body.edges("bottom"), body.nodes, **sampled)
+    bottom = body.surface("bottom", **sampled)
     # The plane starts a little inside the block, which would otherwise hang free at first.
     pair = RigidContact(
         bottom, plane_below(1e-3), normal=NormalLaw(100.0, 1e-4), friction=NO_FRICTION, name="plane"
@@ -271,7 +270,7 @@ def test_block_pushed_up_an_incline(friction):
     # μ = 0.3 and 1.2222 at μ = 1, whatever the block does inside.
     slope = np.arctan(0.1)
     body = block(np.linspace(0, 4, 9), np.linspace(0, 1, 3), linear_elastic(1.0, 0.3), angle=slope)
-    bottom = Surface(body.edges("bottom"), body.nodes)
+    bottom = body.surface("bottom")
     pair = RigidContact(
         bottom,
         plane_below().moved(slope, [0, 0]),
@@ -300,7 +299,7 @@ def test_block_pushed_up_an_incline(friction):
 def test_plane_dragged_under_a_block(friction):
     # Stick, then F/N = μ; after the reversal stick, and the same ratio the other way.
     body = block(np.linspace(0, 4, 33), np.linspace(0, 0.5, 5), linear_elastic(1.0, 0.3))
-    bottom = Surface(body.edges("bottom"), body.nodes)
+    bottom = body.surface("bottom")
     pair = RigidContact(
         bottom,
         plane_below(),
@@ -335,7 +334,7 @@ def test_block_under_its_weight_on_a_slope_of_45_degrees(friction, slides):
     body = block(
         np.linspace(0, 4, 9), np.linspace(0, 0.5, 2), linear_elastic(1.0, 0.3), angle=-np.pi / 4
     )
-    bottom = Surface(body.edges("bottom"), body.nodes)
+    bottom = body.surface("bottom")
     slope = plane_below().moved(-np.pi / 4, [0, 0])
     pair = RigidContact(
         bottom,
@@ -369,7 +368,7 @@ def test_a_layer_reached_obliquely_sticks_where_it_was_reached(increments):
     # The plane comes down and sideways by 0.02 mm and meets the layer half way: what it travels
     # through air is no slip, so the layer's middle follows it by 0.01 mm, in one step as in many.
     body = block(np.linspace(0, 20, 41), np.linspace(-1, 0, 3), linear_elastic(1.0, 0.3))
-    top = Surface(body.edges("top"), body.nodes, points_per_edge=2)
+    top = body.surface("top", points_per_edge=2)
     ceiling = Outline.from_corners([[-50, 0.01], [70, 0.01], [70, 50], [-50, 50]], 0)
     pair = RigidContact(
         top, ceiling, normal=STIFF, friction=FrictionLaw(1.0, 200.0), name="ceiling"
@@ -389,7 +388,7 @@ def test_energy_lost_by_a_layer_that_sticks_and_slips():
     height, length, shear, pressure, friction = 1.0, 60.0, 0.4, 0.02, 0.5
     material = linear_elastic(2 * shear * 1.3, 0.3)
     body = block(np.linspace(0, length, 61), np.linspace(-height, 0, 3), material)
-    top = Surface(body.edges("top"), body.nodes, points_per_edge=2)
+    top = body.surface("top", points_per_edge=2)
     normal = NormalLaw(100.0, 1e-6)
     pair = RigidContact(
         top,
@@ -430,7 +429,7 @@ def test_each_pair_has_its_own_friction(below, above):
     # A block between two plates, the lower one dragged: it slides on the plate with less friction
     # and sticks to the other, though both press it with the same force.
     body = block(np.linspace(0, 4, 17), np.linspace(0, 0.5, 5), linear_elastic(1.0, 0.3))
-    sides = {side: Surface(body.edges(side), body.nodes) for side in ("bottom", "top")}
+    sides = {side: body.surface(side) for side in ("bottom", "top")}
     normal = NormalLaw(50.0, 1e-5)
     plates = (
         RigidContact(

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.solvers.model import Model
@@ -82,7 +81,7 @@ def plate_on_rigid_plane(cells, element):
     """Sideways displacement, µm, of the plate's foot at five places (SSNV128)."""
     lines = np.linspace(0, 40, cells + 1)
     body = block(lines, lines, linear_elastic(1.3e5, 0.2), element=element)
-    bottom = Surface(body.edges("bottom"), body.nodes, points_per_edge=2 if element == "Q4" else 4)
+    bottom = body.surface("bottom", points_per_edge=2 if element == "Q4" else 4)
     pair = RigidContact(
         bottom,
         plane_below(1e-4),
@@ -119,7 +118,7 @@ def test_shallow_ironing_inside_the_published_band():
     # Yastrebov, Poulios–Renard) use a die ten times as stiff as the slab; ours is rigid, sinks
     # in deeper by what the die would give way, and may exceed the band by 5 %.
     body = block(np.linspace(0, 12, 61), np.linspace(0, 4, 21), linear_elastic(689.6, 0.32))
-    top = Surface(body.edges("top"), body.nodes, points_per_edge=3)
+    top = body.surface("top", points_per_edge=3)
     die = Outline(
         np.array([[-0.6, 0.3], [0.6, 0.3], [0.6, 1.2], [-0.6, 1.2]]), np.array([1 / 0.75, 0, 0, 0])
     )

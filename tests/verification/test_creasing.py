@@ -12,7 +12,7 @@ from fem2d.materials.neo_hookean import NeoHookean
 
 pytestmark = pytest.mark.slow
 
-NEARLY_INCOMPRESSIBLE = NeoHookean.from_poisson(0.005, 0.49)
+NEARLY_INCOMPRESSIBLE = NeoHookean(0.005, poisson=0.49)
 
 
 def test_a_neo_hookean_half_space_creases_where_published() -> None:
@@ -30,7 +30,7 @@ def test_creases_come_before_waves_on_the_homogeneous_skin_and_do_not_know_its_s
         found = creasing(law, plane=plane, sectors=6)
         waves = wrinkling([Layer(law, 12.0)], plane=plane, wavelengths_mm=[1.0])
         assert 0.7 * waves.strain < found.strain < 0.9 * waves.strain
-    stiff = creasing(NeoHookean.from_poisson(0.5, 0.49), plane=Plane.STRAIN, sectors=6)
+    stiff = creasing(NeoHookean(0.5, poisson=0.49), plane=Plane.STRAIN, sectors=6)
     assert stiff.strain == pytest.approx(found.strain, abs=2e-5)
 
 

@@ -18,7 +18,6 @@ from scipy.sparse.linalg import spsolve
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.export.deck import displaced_tissue_deck
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
@@ -52,7 +51,7 @@ def head():
 def neo_hookean(stiffer):
     """Both layers by the neo-Hookean law, as many times as stiff as the library has them."""
     return {
-        name: NeoHookean.from_poisson(0.5 * stiffer * law.shear_modulus_mpa, 0.49)
+        name: NeoHookean(0.5 * stiffer * law.shear_modulus_mpa, poisson=0.49)
         for name, law in configuration("L2-Ogden").items()
     }
 
@@ -61,9 +60,9 @@ def lips(head, plane, element, layers=None, bone_mpa_per_mm=1.0):
     mesh = section_mesh([head.upper, head.lower], LEVELS["coarse"])
     layers = layers or configuration("L2-Ogden")
     materials = {f"{lip}_{part}": layers[part] for lip in LIPS for part in ("dermis", "bulk")}
-    body = Body.of(mesh, materials, plane=plane, element=element)
+    body = Body(mesh, materials, plane=plane, element=element)
     ties = tuple(
-        ElasticTie(part, Surface(body.edges(f"{lip}_{part}"), body.nodes), bone_mpa_per_mm, fade)
+        ElasticTie(body.surface(f"{lip}_{part}"), bone_mpa_per_mm, fade_mm=fade, name=part)
         for lip in LIPS
         for part, fade in (("bone", 4.0), ("cut", 0.0))
     )

@@ -36,7 +36,8 @@ def test_files_of_a_study(tmp_path: Path, mode: str) -> None:
     out = tmp_path / "study"
     options = ElementOptions(mode=mode, points=40)  # type: ignore[arg-type]
     result = element_study("L2-Ogden/dermis", out, options)
-    assert {p.name for p in out.iterdir()} == {"element.csv", "element.png", "summary.json"}
+    files = {path.name for path in out.iterdir()}
+    assert files == {".drinksim", "element.csv", "element.png", "summary.json"}
     header, rows = rows_of(out / "element.csv")
     assert tuple(header) == COLUMNS
     stretch, strain, nominal, cauchy = rows.T

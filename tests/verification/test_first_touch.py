@@ -36,11 +36,11 @@ def falling(across, *, bulge=0.0, lower_mpa=1.0, angle=0.0, reach=0.2):
     upper = block(np.linspace(-0.9, 1.1, 10), np.linspace(0, 0.8, 5), above, element="Q8")
     x, y = upper.mesh.p
     lifted = np.array([x, y + GAP_MM + (1 - y / 0.8) * bulge * x**2 / 2])
-    upper = Body.of(replace(upper.mesh, doflocs=lifted), above, plane=Plane.STRAIN, element="Q8")
+    upper = Body(replace(upper.mesh, doflocs=lifted), above, plane=Plane.STRAIN, element="Q8")
     materials = {"lower": below, "upper": above}
     mesh = joined(lower, upper, materials, "Q8").mesh
     mesh = replace(mesh, doflocs=rotated(mesh.p.T, angle).T)
-    body = Body.of(mesh, materials, plane=Plane.STRAIN, element="Q8")
+    body = Body(mesh, materials, plane=Plane.STRAIN, element="Q8")
     pair = between(body, NormalLaw(50.0, 1e-4), FrictionLaw(1.0, 20.0), points=3, reach=reach)
     fixed = np.concatenate([unknowns(body, "lower_bottom", c) for c in (0, 1)])
     driven = [unknowns(body, "upper_top", c) for c in (0, 1)]

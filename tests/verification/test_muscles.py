@@ -46,7 +46,7 @@ class Sleeve:
                 "ends": lambda x: (x[1] < 1e-9) | (x[1] > HEIGHT_MM - 1e-9),
             }
         )
-        return Body.of(mesh, material, plane=plane, element="Q8")
+        return Body(mesh, material, plane=plane, element="Q8")
 
     def pressure_on_tube(self, plane: Plane, material: NeoHookean, depth_mm: float) -> float:
         """Return the mean pressure, MPa, over the inner side of ``depth_mm``."""
@@ -80,7 +80,7 @@ def test_a_sleeve_presses_on_a_rigid_tube_in_axisymmetry(sleeve, published):
 
     With ν = 0.4999 tissue still gives way by a few parts in ten thousand.
     """
-    material = NeoHookean.from_poisson(C10, NEARLY_INCOMPRESSIBLE)
+    material = NeoHookean(C10, poisson=NEARLY_INCOMPRESSIBLE)
     pressure = sleeve.pressure_on_tube(Plane.AXISYMMETRIC, material, 2 * np.pi * sleeve.inner_mm)
     assert pressure == pytest.approx(sleeve.pressure_mpa, rel=5e-4)
     assert sleeve.pressure_mpa == pytest.approx(published, rel=5e-3)
@@ -95,7 +95,7 @@ def test_a_section_feels_the_curvature_of_fibres_across_it_as_that_pressure(
 
     Tissue of C₁₀ = 1 MPa moves by hundredths of a millimetre, and f is 1 less 4 (u/R)².
     """
-    material = NeoHookean.from_poisson(1.0, 0.3)
+    material = NeoHookean(1.0, poisson=0.3)
     pressure = sleeve.pressure_on_tube(plane, material, 1.0)
     assert pressure == pytest.approx(sleeve.pressure_mpa, rel=1e-5)
     assert pressure == pytest.approx(published, rel=5e-3)
@@ -115,8 +115,8 @@ def test_a_free_thin_ring_shortens_until_tissue_and_fibres_balance(stretch, publ
     assert active == pytest.approx(published, rel=2e-3)
     mesh = skfem.MeshQuad.init_tensor(np.array([10.0, 10.01]), np.array([0.0, 0.01]))
     bottom = mesh.with_boundaries({"bottom": lambda x: x[1] < 1e-9})
-    material = NeoHookean.from_poisson(C10, NEARLY_INCOMPRESSIBLE)
-    body = Body.of(bottom, material, plane=Plane.AXISYMMETRIC, element="Q8")
+    material = NeoHookean(C10, poisson=NEARLY_INCOMPRESSIBLE)
+    body = Body(bottom, material, plane=Plane.AXISYMMETRIC, element="Q8")
     found = at_rest(body, hoop(body, active), 2 * body.boundary_nodes("bottom") + 1, steps=8)
     radius = body.nodes[:, 0] + found.displacement[:, 0]
     assert np.mean(radius / body.nodes[:, 0]) == pytest.approx(stretch, abs=2e-5)
@@ -131,9 +131,9 @@ def test_a_free_strip_shortens_along_fibres_in_the_plane(stretch, published, ang
     along = np.array([np.cos(angle), np.sin(angle)])
     mesh = skfem.MeshTri.init_tensor(np.linspace(0, 4, 5), np.linspace(0, 2, 4))
     turn = np.array([[along[0], -along[1]], [along[1], along[0]]])
-    body = Body.of(
+    body = Body(
         type(mesh)(turn @ mesh.p, mesh.t),
-        NeoHookean.from_poisson(C10, NEARLY_INCOMPRESSIBLE),
+        NeoHookean(C10, poisson=NEARLY_INCOMPRESSIBLE),
         plane=Plane.STRESS,
     )
     direction = np.broadcast_to(along, (*body.weights.shape, 2))

@@ -38,7 +38,7 @@ def two_blocks() -> Model:
     body = joined(lower, upper, {"lower": material, "upper": linear_elastic(0.5, 0.4)}, "T6")
 
     def surface(name: str) -> Surface:
-        return Surface(body.edges(name), body.nodes)
+        return body.surface(name)
 
     plate = Outline.from_corners([(-3, 0), (3, 0), (3, 1), (-3, 1)], 0.1)
     law = NormalLaw(50.0, 1e-3)
@@ -47,16 +47,20 @@ def two_blocks() -> Model:
         for side in ("upper_top", "lower_left")
     )
     pull = DeadLoad(
-        "pull", surface("lower_right"), 0.1, 0.9, 0.1, (0.02, 0.0),
-        Amplitude((0.0, 1.0), (0.0, 1.0)),
-    )  # fmt: skip
+        surface("lower_right"),
+        from_mm=0.1,
+        to_mm=0.9,
+        fade_mm=0.1,
+        traction_mpa=(0.02, 0.0),
+        amplitude=Amplitude((0.0, 1.0), (0.0, 1.0)),
+    )
     return Model(
         body,
         contacts=(*contacts, between(body, law, FrictionLaw(0.3, 20.0), points=3)),
         ties=(
-            ElasticTie("bone", surface("lower_bottom"), 100.0, 0.0),
-            ElasticTie("left", surface("upper_left"), 0.3, 0.2),
-            ElasticTie("right", surface("upper_right"), 0.3, 0.2),
+            ElasticTie(surface("lower_bottom"), 100.0, name="bone"),
+            ElasticTie(surface("upper_left"), 0.3, fade_mm=0.2, name="left"),
+            ElasticTie(surface("upper_right"), 0.3, fade_mm=0.2, name="right"),
         ),
         loads=(pull,),
         inertia=Inertia(1e-9, relaxation_s=0.01),

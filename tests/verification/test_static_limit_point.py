@@ -8,7 +8,6 @@ import skfem
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.loads.load import Load
 from fem2d.loads.pressure import FollowerPressure
 from fem2d.materials.material import compressibility
@@ -54,9 +53,9 @@ def balloon() -> tuple[Model, int]:
         _boundaries=flat.boundaries,
     )
     material = NeoHookean(0.5 * SHEAR_MPA, compressibility(SHEAR_MPA, 0.4999))
-    body = Body.of(mesh, material, plane=Plane.AXISYMMETRIC, element="Q8M")
+    body = Body(mesh, material, plane=Plane.AXISYMMETRIC, element="Q8M")
     held = np.concatenate([2 * body.boundary_nodes("axis"), 2 * body.boundary_nodes("equator") + 1])
-    inside = Surface(body.edges("inside"), body.nodes, axisymmetric=True)
+    inside = body.surface("inside")
     model = Model(body, held=held, loads=[FollowerPressure(inside)])
     nearest = np.argmin(np.linalg.norm(body.nodes - [INNER_MM, 0.0], axis=1))
     return model, 2 * int(nearest)
@@ -99,7 +98,7 @@ def arch() -> Body:
     x, y = flat.p
     mesh = skfem.MeshTri(np.stack([x, y + 2.0 * (1 - (x / 10) ** 2)]), flat.t)
     mesh = mesh.with_boundaries({"ends": lambda at: abs(at[0]) > 10 - 1e-9})
-    return Body.of(mesh, NeoHookean.from_poisson(1.0, 0.3), plane=Plane.STRAIN)
+    return Body(mesh, NeoHookean(1.0, poisson=0.3), plane=Plane.STRAIN)
 
 
 def test_a_body_alone_snaps_and_rests_where_it_also_comes_to_from_the_other_side(arch):

@@ -75,8 +75,8 @@ def kirchhoff(law: Ogden, stretches: tuple[float, float, float]) -> Array:
 @pytest.mark.parametrize(
     "law",
     [
-        Ogden.from_poisson((0.05,), (10.789,), 0.49),
-        Ogden.from_poisson((0.0084,), (2.0,), 0.49),
+        Ogden((0.05,), (10.789,), poisson=0.49),
+        Ogden((0.0084,), (2.0,), poisson=0.49),
         Ogden((0.4, -0.1), (1.5, -2.0), (0.06, 0.5)),
     ],
     ids=["dermis", "neo-hookean", "two terms"],

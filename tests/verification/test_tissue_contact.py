@@ -75,7 +75,7 @@ def test_hertz_of_two_elastic_bodies():
     upper = block(graded(60, 0.05, 1.3, 1.35), graded(60, 0.05, 0.4, 1.35), material)
     curved = upper.mesh.p.copy()
     curved[1] += curved[0] ** 2 / (2 * radius)
-    upper = Body.of(replace(upper.mesh, doflocs=curved), material, plane=Plane.STRAIN, element="Q4")
+    upper = Body(replace(upper.mesh, doflocs=curved), material, plane=Plane.STRAIN, element="Q4")
     body = joined(lower, upper, {"lower": material, "upper": material}, "Q4")
     # The parabola is a polygon whose sides sag by 3e-6 mm: a penetration smaller than that would
     # only show the corners.
@@ -152,13 +152,13 @@ def grooved_block():
     mesh = mesh.with_boundaries(outside)
     rest = np.setdiff1d(mesh.boundary_facets(), np.concatenate(list(mesh.boundaries.values())))
     mesh = mesh.with_boundaries({**mesh.boundaries, "surface": rest})
-    return Body.of(mesh, linear_elastic(1.0, 0.3), plane=Plane.STRAIN, element="Q8")
+    return Body(mesh, linear_elastic(1.0, 0.3), plane=Plane.STRAIN, element="Q8")
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_a_groove_closes_and_does_not_pass_through_itself(friction):
     body = grooved_block()
-    surface = Surface(body.edges("surface"), body.nodes, points_per_edge=3)
+    surface = body.surface("surface", points_per_edge=3)
     law = NormalLaw(50.0, 1e-4)
     fold = SelfContact(
         (surface,),
@@ -205,11 +205,11 @@ def test_shallow_ironing_with_an_elastic_die():
     shaped = die.mesh.p.copy()
     bottom = 0.75 - np.sqrt(0.75**2 - (shaped[0] - 0.8) ** 2)
     shaped[1] = 4.2 + bottom + shaped[1] / 1.2 * (1.2 - bottom)
-    die = Body.of(replace(die.mesh, doflocs=shaped), die_law, plane=Plane.STRAIN, element="Q4")
+    die = Body(replace(die.mesh, doflocs=shaped), die_law, plane=Plane.STRAIN, element="Q4")
     body = joined(slab, die, {"lower": slab_law, "upper": die_law}, "Q4")
     around = np.concatenate([body.edges(f"upper_{side}") for side in ("left", "bottom", "right")])
     sides = (
-        Surface(body.edges("lower_top"), body.nodes, points_per_edge=2),
+        body.surface("lower_top", points_per_edge=2),
         Surface(around, body.nodes, points_per_edge=2),
     )
     pair = SelfContact(
@@ -251,14 +251,14 @@ def test_an_elastic_neck_as_stiff_as_plastic_acts_like_a_rigid_one():
     wall = block(np.linspace(-2.5, 2.5, 22), np.linspace(0, 1, 4), neck_law)
     shaped = wall.mesh.p.copy()
     shaped[1] += (1 - shaped[1]) * (radius - np.sqrt(radius**2 - shaped[0] ** 2)) + 0.01
-    wall = Body.of(replace(wall.mesh, doflocs=shaped), neck_law, plane=Plane.STRAIN, element="Q4")
+    wall = Body(replace(wall.mesh, doflocs=shaped), neck_law, plane=Plane.STRAIN, element="Q4")
     motion = path([0, 1, 2], [[0, 0], [0, -0.5], [0.6, -0.5]])
     normal, friction = NormalLaw(20.0, 1e-4), FrictionLaw(1.0, 5.0)
 
     def held(body, side, placement=None):
-        return ElasticTie(side, Surface(body.edges(side), body.nodes), 1e3, 0.0, placement)
+        return ElasticTie(body.surface(side), 1e3, attached_at=placement, name=side)
 
-    top = Surface(skin.edges("top"), skin.nodes, points_per_edge=3)
+    top = skin.surface("top", points_per_edge=3)
     circle = Outline.circle([0, radius + 0.01], radius)
     pair = RigidContact(top, circle, normal=normal, friction=friction, name="rigid")
     rigid = Model(skin, contacts=(pair,), ties=(held(skin, "bottom"),))

@@ -27,8 +27,8 @@ from tests.support.section_problems import (
 )
 
 DERMIS = material_named("L2-Ogden/dermis")
-FIBRES = HolzapfelGasserOgden.from_poisson(
-    0.1, 2.4, 0.13, 0.14, 0.49, ((0.8, 0.6, 0.0), (0.8, -0.6, 0.0))
+FIBRES = HolzapfelGasserOgden(
+    0.1, 2.4, 0.13, 0.14, fibres=((0.8, 0.6, 0.0), (0.8, -0.6, 0.0)), poisson=0.49
 )
 
 
@@ -49,7 +49,7 @@ def test_patch(element: str, plane: Plane, law: Material) -> None:
     inner = np.setdiff1d(np.arange(p.shape[1]), mesh.boundary_nodes())
     p[:, inner] += np.random.default_rng(4).uniform(-0.07, 0.07, (2, len(inner)))
     mesh = mapped(mesh, p).with_boundaries({"all": lambda x: np.ones_like(x[0], bool)})
-    body = Body.of(mesh, law, plane=plane, element=element)
+    body = Body(mesh, law, plane=plane, element=element)
     gradient = np.array([[0.25, 0.15], [-0.1, -0.2]])
     if plane is Plane.AXISYMMETRIC:
         gradient = np.array([[0.15, 0.0], [0.0, -0.25]])
@@ -90,10 +90,10 @@ def manufactured_errors(element: str, plane: Plane, cells: int) -> tuple[float, 
     The load is the exact solution's own internal force, ∫ P(∇u) : ∇v, integrated with 12th order
     by scikit-fem: no derivative of the stress is needed, and nothing of the kernel is used.
     """
-    law = NeoHookean.from_poisson(0.5, 0.3)
+    law = NeoHookean(0.5, poisson=0.3)
     grid = np.linspace(0, 1, cells + 1)
     mesh = squares(element, grid, grid).with_boundaries({"all": lambda x: np.ones_like(x[0], bool)})
-    body = Body.of(mesh, law, plane=plane, element=element)
+    body = Body(mesh, law, plane=plane, element=element)
     kind = element_named(element)
     basis = skfem.CellBasis(mesh, skfem.ElementVector(kind.shape), intorder=12)
     order = np.empty(basis.N, int)
@@ -137,8 +137,8 @@ def test_manufactured_solution_converges_at_the_elements_rate(element: str, degr
 
 # FACTS 7.2: Abaqus' volumetric term; the corner converges slowly.
 COOK = {
-    "compressible": (NeoHookean.from_poisson(0.4225 / 2, 0.3), 1 / 16, 14.730, 13.764, 0.005),
-    "nearly incompressible": (NeoHookean.from_poisson(80.1938 / 2, 0.49), 6.25, 7.05, 7.01, 0.02),
+    "compressible": (NeoHookean(0.4225 / 2, poisson=0.3), 1 / 16, 14.730, 13.764, 0.005),
+    "nearly incompressible": (NeoHookean(80.1938 / 2, poisson=0.49), 6.25, 7.05, 7.01, 0.02),
     "incompressible": (NeoHookean(80.1938 / 2, 2 / 400942), 6.25, 6.925, 6.895, 0.03),
 }
 
@@ -195,7 +195,7 @@ WALL, COARSE = (12, 18), (4, 6)
 @pytest.mark.parametrize("element", ["T6", "T6M", "Q4M", "Q8R"])
 @pytest.mark.parametrize("to", [7 + 0.55905, 7 + 3.21150])
 def test_thick_cylinder(element: str, to: float) -> None:
-    law = NeoHookean.from_poisson(100.0, 0.4999)
+    law = NeoHookean(100.0, poisson=0.4999)
     found = inflated(element, Plane.STRAIN, law, inner=7, outer=18.625, to=to, cells=WALL)
     expected = ring_pressure(7, 18.625, to, 200)
     assert found[0] == pytest.approx(expected[0], rel=4e-3)
@@ -205,7 +205,7 @@ def test_thick_cylinder(element: str, to: float) -> None:
 @pytest.mark.parametrize("element", ["T6", "Q4M", "Q8R"])
 @pytest.mark.parametrize("stretch", [1.1, 1.5])
 def test_sphere(element: str, stretch: float) -> None:
-    law = NeoHookean.from_poisson(0.5, 0.4999)
+    law = NeoHookean(0.5, poisson=0.4999)
     found = inflated(element, Plane.AXISYMMETRIC, law, inner=1, outer=2, to=stretch, cells=WALL)
     expected = sphere_pressure(1, 2, stretch, 1.0)
     assert found[0] == pytest.approx(expected[0], rel=4e-3)
@@ -221,7 +221,7 @@ def test_locking_on_the_coarse_wall(plane: Plane) -> None:
     exact = (ring_pressure if ring else sphere_pressure)(inner, outer, to, mu)[0]
 
     def error(element: str, poisson: float) -> float:
-        law = NeoHookean.from_poisson(mu / 2, poisson)
+        law = NeoHookean(mu / 2, poisson=poisson)
         found = inflated(element, plane, law, inner=inner, outer=outer, to=to, cells=COARSE)
         return found[0] / exact - 1
 
@@ -233,13 +233,13 @@ def test_locking_on_the_coarse_wall(plane: Plane) -> None:
 
 def test_a_turned_ring_carries_nothing() -> None:
     mesh = quarter_ring("T6", 7, 18.625, (3, 5))
-    body = Body.of(mesh, DERMIS, plane=Plane.STRESS)
+    body = Body(mesh, DERMIS, plane=Plane.STRESS)
     turn = np.array([[0.0, -1.0], [1.0, 0.0]])
     response = body.response(body.nodes @ turn.T - body.nodes)
     assert np.abs(response.force).max() < 1e-11
 
 
-PEER_BULK = NeoHookean.from_poisson(0.0041867, 0.49)
+PEER_BULK = NeoHookean(0.0041867, poisson=0.49)
 PEERS = {"dermis": DERMIS, "bulk": PEER_BULK}
 
 
@@ -265,7 +265,7 @@ def test_block_gives_the_peers_forces(plane: Plane, step: int, force: tuple[floa
 
 def test_block_with_a_neo_hookean_dermis() -> None:
     """FElupe and SfePy: neo-Hookean dermis of the same initial modulus."""
-    laws = PEERS | {"dermis": NeoHookean.from_poisson(0.025, 0.49)}
+    laws = PEERS | {"dermis": NeoHookean(0.025, poisson=0.49)}
     found = pressed_block("Q4", Plane.STRAIN, laws, step=5)
     assert found == pytest.approx((0.0118651, -0.249753), rel=5e-6)
 

@@ -53,7 +53,7 @@ def block() -> Body:
     ).with_subdomains(
         {"dermis": lambda x: x[1] > HEIGHT - DERMIS, "bulk": lambda x: x[1] < HEIGHT - DERMIS}
     )
-    return Body.of(mesh, configuration("L2-Ogden"), plane=Plane.STRESS)
+    return Body(mesh, configuration("L2-Ogden"), plane=Plane.STRESS)
 
 
 @pytest.fixture(scope="module")

@@ -12,13 +12,13 @@ from fem2d.materials.library import configuration
 from fem2d.materials.neo_hookean import NeoHookean
 from tests.support.section_problems import at_rest, squares
 
-BULK = NeoHookean.from_poisson(0.0041867, 0.49)
+BULK = NeoHookean(0.0041867, poisson=0.49)
 SURFACE = [Layer(configuration("L2-Ogden")["dermis"], 1.2), Layer(BULK, 10.8)]
 
 
 def test_biots_half_space() -> None:
     """Incompressible neo-Hookean in plane strain: λ = 0.5437 at every wavelength."""
-    surface = [Layer(NeoHookean.from_poisson(0.01, 0.49999), 12.0)]
+    surface = [Layer(NeoHookean(0.01, poisson=0.49999), 12.0)]
     found = wrinkling(surface, plane=Plane.STRAIN, wavelengths_mm=[0.5, 1.0, 2.0])
     np.testing.assert_allclose(found.strains, 1 - 0.5437, atol=2e-4)
     assert np.ptp(found.strains) < 1e-4
@@ -48,7 +48,7 @@ def test_dermis_on_bulk_wrinkles_where_a_meshed_block_loses_stability(
         }
     )
     laws = {"dermis": SURFACE[0].material, "bulk": SURFACE[1].material}
-    body = Body.of(mesh, laws, plane=plane)
+    body = Body(mesh, laws, plane=plane)
     left, right, low = (body.boundary_nodes(name) for name in ("left", "right", "bottom"))
     fixed = np.concatenate([2 * left, 2 * right, 2 * low + 1])
     free = np.setdiff1d(np.arange(body.pattern.size), fixed)
@@ -70,7 +70,7 @@ def homogeneous(body: Body, strain: float) -> np.ndarray:
 def test_a_thin_stiff_film_follows_the_sandwich_formula() -> None:
     """Strain (3 Eₛ/E_f)^(2/3)/4 and wavelength 2πh (E_f/3Eₛ)^(1/3) of plane-strain moduli."""
     ratio = 200.0
-    film, deep = NeoHookean.from_poisson(1.0, 0.49), NeoHookean.from_poisson(1.0 / ratio, 0.49)
+    film, deep = NeoHookean(1.0, poisson=0.49), NeoHookean(1.0 / ratio, poisson=0.49)
     found = wrinkling(
         [Layer(film, 0.1), Layer(deep, 12.0)],
         plane=Plane.STRAIN,

@@ -133,7 +133,7 @@ def test_fields_agree_with_energy_and_with_the_plane(plane: Plane, element: str)
 
 def test_von_mises_of_a_plain_pull_is_the_pull() -> None:
     mesh = skfem.MeshTri.init_tensor(np.linspace(0, 1, 3), np.linspace(0, 1, 3))
-    it = Body.of(mesh, STIFF, plane=Plane.STRESS)
+    it = Body(mesh, STIFF, plane=Plane.STRESS)
     side = 1 / np.sqrt(1.2) - 1
     fields = it.fields(it.nodes * [0.2, side])
     stress = fields.cauchy[..., 0, 0] - fields.cauchy[..., 1, 1]
@@ -143,11 +143,11 @@ def test_von_mises_of_a_plain_pull_is_the_pull() -> None:
 def test_thickness_scales_everything_and_axisymmetry_integrates_a_turn() -> None:
     mesh = distorted("T6")
     thin, thick = (
-        Body.of(mesh, SOFT, plane=Plane.STRAIN, thickness_mm=t).response(np.zeros((45, 2)) + 0.0)
+        Body(mesh, SOFT, plane=Plane.STRAIN, thickness_mm=t).response(np.zeros((45, 2)) + 0.0)
         for t in (1.0, 2.5)
     )
     np.testing.assert_allclose(thick.stiffness, 2.5 * thin.stiffness, atol=1e-14)
-    ring = Body.of(mesh, SOFT, plane=Plane.AXISYMMETRIC)
+    ring = Body(mesh, SOFT, plane=Plane.AXISYMMETRIC)
     assert ring.weights.sum() == pytest.approx(np.pi * (3**2 - 1**2) * 1.5, rel=1e-12)
 
 
@@ -169,7 +169,7 @@ def test_masses(element: str) -> None:
 
 def test_edges_follow_one_another_with_the_body_on_their_left() -> None:
     mesh = distorted("T6").with_boundaries({"around": lambda x: np.ones_like(x[0], bool)})
-    it = Body.of(mesh, SOFT, plane=Plane.STRAIN)
+    it = Body(mesh, SOFT, plane=Plane.STRAIN)
     edges = it.edges("around")
     assert edges.shape == (12, 3)
     np.testing.assert_array_equal(edges[1:, 0], edges[:-1, 1])
@@ -209,7 +209,7 @@ def test_the_pattern_finds_every_block_and_refuses_strangers() -> None:
 def test_nonsense_is_refused(arguments: dict[str, object], words: tuple[str, ...]) -> None:
     chosen = {"materials": SOFT, "plane": Plane.STRAIN, "element": "T6"} | arguments
     with pytest.raises((BodyError, ElementError)) as error:
-        Body.of(distorted("T6"), chosen.pop("materials"), **chosen)  # type: ignore[arg-type]
+        Body(distorted("T6"), chosen.pop("materials"), **chosen)  # type: ignore[arg-type]
     for word in words:
         assert word in str(error.value)
 
@@ -223,4 +223,4 @@ def test_wrong_displacements_and_names_are_refused() -> None:
     with pytest.raises(BodyError, match="did you mean 'left'"):
         it.elements_of("lefft")
     with pytest.raises(BodyError, match="cannot be negative"):
-        Body.of(distorted("T6").translated((-2.0, 0.0)), SOFT, plane=Plane.AXISYMMETRIC)
+        Body(distorted("T6").translated((-2.0, 0.0)), SOFT, plane=Plane.AXISYMMETRIC)

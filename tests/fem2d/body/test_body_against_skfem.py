@@ -73,7 +73,7 @@ def weak_form(law: Material, plane: Plane, basis: skfem.CellBasis, u: Array) -> 
 @pytest.mark.parametrize("element", ["T6", "Q4", "Q8"])
 def test_the_compiled_assembly_is_the_weak_form(element: str, plane: Plane, law: Material) -> None:
     mesh = distorted(element)
-    body = Body.of(mesh, law, plane=plane, element=element)
+    body = Body(mesh, law, plane=plane, element=element)
     kind = element_named(element)
     basis = skfem.CellBasis(mesh, skfem.ElementVector(kind.shape), quadrature=kind.quadrature)
     # scikit-fem numbers the components of a node next to one another, but node by entity.

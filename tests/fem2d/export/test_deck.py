@@ -9,7 +9,6 @@ import pytest
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw, pressure_of_gap
 from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
@@ -27,9 +26,11 @@ from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from tests.support.section_bodies import distorted
 
-SOFT = NeoHookean.from_poisson(0.004, 0.49)
+SOFT = NeoHookean(0.004, poisson=0.49)
 OGDEN = Ogden((0.05, 0.01), (10.789, -2.0), (0.8,))
-FIBROUS = HolzapfelGasserOgden.from_poisson(0.1, 2.4, 0.13, 0.14, 0.49, ((1, 0, 0), (0.6, 0.8, 0)))
+FIBROUS = HolzapfelGasserOgden(
+    0.1, 2.4, 0.13, 0.14, fibres=((1, 0, 0), (0.6, 0.8, 0)), poisson=0.49
+)
 NECK = neck_section()
 BALL = Outline.from_corners([(-3, -3), (3, -3), (3, 3), (-3, 3)], [3.0] * 4)
 MOTION = RigidMotion(
@@ -74,10 +75,8 @@ def named(deck: list[Card], keyword: str, **options: str) -> list[Card]:
 
 def system(plane: Plane = Plane.STRESS, *, left=SOFT, right=OGDEN, **tie) -> Model:
     mesh = distorted("T6", cells=3)
-    body = Body.of(mesh, {"left": left, "right": right}, plane=plane, thickness_mm=2.0)
-    top, bottom, side = (
-        Surface(body.edges(name), body.nodes, 2.0) for name in ("top", "bottom", "outer")
-    )
+    body = Body(mesh, {"left": left, "right": right}, plane=plane, thickness_mm=2.0)
+    top, bottom, side = (body.surface(name) for name in ("top", "bottom", "outer"))
     normal = NormalLaw(stiffness_mpa_per_mm=25.0, ramp_mm=RAMP_MM)
     return Model(
         body,
@@ -117,7 +116,7 @@ def system(plane: Plane = Plane.STRESS, *, left=SOFT, right=OGDEN, **tie) -> Mod
                 ),
             ),
         ),
-        ties=(ElasticTie("bone", bottom, 1.5, 0.0, **tie),),
+        ties=(ElasticTie(bottom, 1.5, **tie, name="bone"),),
         inertia=Inertia(1e-9, relaxation_s=0.02),
     )
 
@@ -335,7 +334,7 @@ def test_what_a_deck_cannot_say_is_refused() -> None:
         deck_of(system(only_along=(1.0, 0.0)))
     with pytest.raises(DeckError, match="moves with the package"):
         deck_of(system(attached_at=RigidPlacement(0.0, (0.0, 0.0))))
-    body = Body.of(distorted("Q8"), SOFT, plane=Plane.STRAIN, element="Q8")
+    body = Body(distorted("Q8"), SOFT, plane=Plane.STRAIN, element="Q8")
     with pytest.raises(DeckError, match="not Q8"):
         deck_of(Model(body))
     pair = system().contacts[0]
@@ -350,7 +349,15 @@ def test_what_a_deck_cannot_say_is_refused() -> None:
 def test_a_dead_load_is_nodal_forces_with_its_smooth_step(model):
     top = model.contacts[0].surface
     amplitude = Amplitude((START + 0.1, START + 0.2), (0.0, 1.0))
-    load = DeadLoad("pull", top, 1.2, 1.8, 0.2, (2e-3, -1e-3), amplitude)
+    load = DeadLoad(
+        top,
+        from_mm=1.2,
+        to_mm=1.8,
+        fade_mm=0.2,
+        traction_mpa=(2e-3, -1e-3),
+        amplitude=amplitude,
+        name="pull",
+    )
     deck = deck_of(replace(model, loads=(load,)))
     (steps,) = named(deck, "AMPLITUDE", NAME="PULL_1", DEFINITION="SMOOTH STEP")
     assert np.array(steps.rows, float) == pytest.approx(np.array([[0.1, 0.0], [0.2, 1.0]]))

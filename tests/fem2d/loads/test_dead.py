@@ -7,7 +7,6 @@ import pytest
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.loads.amplitude import Amplitude, LoadError
 from fem2d.loads.dead import DeadLoad
 from fem2d.loads.load import Load
@@ -25,7 +24,7 @@ THICKNESS_MM = 1.5
 
 
 def block() -> Body:
-    return Body.of(
+    return Body(
         block_mesh(6.0, 3.0, 12, 6),
         SOFT,
         plane=Plane.STRESS,
@@ -35,9 +34,9 @@ def block() -> Body:
 
 
 def dead(body: Body, **changed: object) -> DeadLoad:
-    surface = Surface(body.edges("top"), body.nodes, THICKNESS_MM)
+    surface = body.surface("top")
     values = {"from_mm": 1.0, "to_mm": 5.0, "fade_mm": 1.0, "traction_mpa": (3e-4, -2e-4)}
-    return DeadLoad("load", surface, **(values | {"amplitude": HELD} | changed))
+    return DeadLoad(surface, **values | {"amplitude": HELD} | changed, name="load")
 
 
 def test_the_force_is_less_the_derivative_of_the_energy_wherever_the_body_is():
@@ -77,8 +76,8 @@ def test_the_amplitude_is_smooth_and_flat_at_its_instants():
 
 def test_a_loaded_block_comes_to_rest_and_goes_back_when_the_load_has_gone():
     body = block()
-    bottom = Surface(body.edges("bottom"), body.nodes, THICKNESS_MM)
-    tie = ElasticTie("bottom", bottom, 1.0, 0.0)
+    bottom = body.surface("bottom")
+    tie = ElasticTie(bottom, 1.0, name="bottom")
     push = dead(body)
     system = Model(body, ties=(tie,), inertia=Inertia(1e-9, 0.0, 0.005), loads=(push,))
     still = RigidMotion(np.array([0.0, 3.5]), np.zeros(2), np.zeros((2, 2)))

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.loads.amplitude import LoadError
 from fem2d.loads.liquid import LiquidLoad, LiquidPressure, weight_mpa_per_mm
 from fem2d.loads.load import Load
@@ -26,7 +25,7 @@ SIDES = ("left", "right", "bottom", "top")
 
 def block(element: str = "Q8") -> Body:
     mesh = block_mesh(8.0, 4.0, 16, 8)
-    return Body.of(mesh, SOFT, plane=Plane.STRESS, element=element, thickness_mm=THICKNESS_MM)
+    return Body(mesh, SOFT, plane=Plane.STRESS, element=element, thickness_mm=THICKNESS_MM)
 
 
 def wavy(body: Body, seed: int) -> np.ndarray:
@@ -37,7 +36,7 @@ def wavy(body: Body, seed: int) -> np.ndarray:
 
 def load_on(body: Body, side: str, pressure: LiquidPressure, **changed: float) -> LiquidLoad:
     length = 8.0 if side in ("bottom", "top") else 4.0
-    surface = Surface(body.edges(side), body.nodes, THICKNESS_MM)
+    surface = body.surface(side)
     stretch = {"from_mm": -1.0, "to_mm": length + 1.0, "fade_mm": 1.0} | changed
     return LiquidLoad(f"liquid on the {side}", surface, field=lambda time_s: pressure, **stretch)
 
@@ -101,8 +100,8 @@ def test_a_wetted_arc_bears_the_integral_of_the_head_along_it():
     rim = circle.with_boundaries(
         {"wet": lambda x: (x[0] > 0) & (x[1] < 0) & (np.hypot(*x) > 0.95 * radius)}
     )
-    body = Body.of(rim, SOFT, plane=Plane.STRESS, element="T3", thickness_mm=THICKNESS_MM)
-    surface = Surface(body.edges("wet"), body.nodes, THICKNESS_MM)
+    body = Body(rim, SOFT, plane=Plane.STRESS, element="T3", thickness_mm=THICKNESS_MM)
+    surface = body.surface("wet")
     pressure = LiquidPressure(level, (0.0, 1.0), WATER)
     load = LiquidLoad("arc", surface, -1.0, 9.0, 1.0, lambda time_s: pressure)
     total = load.force(np.zeros_like(body.nodes), Load()).reshape(-1, 2).sum(axis=0)
@@ -125,7 +124,7 @@ def test_the_pressure_follows_time():
     body = block()
     rising = LiquidLoad(
         "rising",
-        Surface(body.edges("left"), body.nodes, THICKNESS_MM),
+        body.surface("left"),
         -1.0,
         5.0,
         1.0,

@@ -23,7 +23,7 @@ PLANES = (Plane.STRESS, Plane.STRAIN)
 def block(plane: Plane, element: str = "T6") -> Body:
     mesh = block_mesh(6.0, 3.0, 6, 3)
     mesh = mesh.to_meshtri() if element[0] == "T" else mesh
-    return Body.of(mesh, SOFT, plane=plane, element=element, thickness_mm=1.5)
+    return Body(mesh, SOFT, plane=plane, element=element, thickness_mm=1.5)
 
 
 def muscle(body: Body, fibres: str, **changed: object) -> Muscle:
@@ -153,7 +153,7 @@ def test_a_response_does_not_depend_on_what_was_asked_before(fibres):
 @pytest.mark.parametrize("fibres", FIBRES)
 def test_components_of_a_body_do_together_what_the_whole_does(fibres):
     left, right = block_mesh(6.0, 3.0, 6, 3), block_mesh(6.0, 3.0, 6, 3).translated((10.0, 0.0))
-    body = Body.of(left + right, SOFT, plane=Plane.STRESS, element="Q8")
+    body = Body(left + right, SOFT, plane=Plane.STRESS, element="Q8")
     x = body.tables.points[..., 0]
     share = np.where((x > 3.0) & (x < 13.0), 0.5, 0.0)
     pulling = muscle(body, fibres, share=share)

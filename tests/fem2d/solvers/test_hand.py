@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact, rigid_responses
 from fem2d.loads.load import Load
@@ -172,7 +171,7 @@ def die_on_a_layer(friction: float = 10.0) -> Model:
     """A wide flat die on a thin linear layer that sticks to it."""
     material = linear_elastic(1.0, 0.3)
     body = block(np.linspace(-5, 5, 21), np.linspace(-1, 0, 4), material)
-    top = Surface(body.edges("top"), body.nodes, points_per_edge=2)
+    top = body.surface("top", points_per_edge=2)
     die = Outline.from_corners([[-20, 0], [20, 0], [20, 10], [-20, 10]], 0)
     held = np.concatenate([unknowns(body, "bottom", 0), unknowns(body, "bottom", 1)])
     contact = RigidContact(
@@ -262,7 +261,7 @@ def two_sided() -> Model:
     beside = Outline.from_corners([[0.1, -20], [10, -20], [10, 0.05], [0.1, 0.05]], 0)
     contacts = [
         RigidContact(
-            Surface(body.edges(side), body.nodes, points_per_edge=2),
+            body.surface(side, points_per_edge=2),
             outline,
             normal=NormalLaw(100.0, 1e-4),
             friction=FrictionLaw(0.5, 10.0),

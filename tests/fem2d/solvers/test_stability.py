@@ -7,7 +7,6 @@ import skfem
 
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.loads.load import Load
@@ -27,8 +26,8 @@ def dragged(friction):
     mesh = mesh.with_boundaries(
         {"top": lambda p: np.isclose(p[1], 8), "bottom": lambda p: np.isclose(p[1], 0)}
     )
-    body = Body.of(mesh, NeoHookean.from_poisson(0.01, 0.4), plane=Plane.STRAIN, element="Q4")
-    top, bottom = (Surface(body.edges(side), body.nodes) for side in ("top", "bottom"))
+    body = Body(mesh, NeoHookean(0.01, poisson=0.4), plane=Plane.STRAIN, element="Q4")
+    top, bottom = (body.surface(side) for side in ("top", "bottom"))
     pair = RigidContact(
         top,
         Outline.circle([10, 14], 6),
@@ -36,7 +35,7 @@ def dragged(friction):
         friction=FrictionLaw(friction),
         name="circle",
     )
-    system = Model(body, contacts=(pair,), ties=(ElasticTie("bottom", bottom, 1.0, 0.0),))
+    system = Model(body, contacts=(pair,), ties=(ElasticTie(bottom, 1.0, name="bottom"),))
     times = np.linspace(0, 2, 41)
     shift = np.column_stack([np.interp(times, [1, 2], [0, 3]), np.interp(times, [0, 1], [0, -1])])
     motion = RigidMotion(times, 0 * times, shift)
