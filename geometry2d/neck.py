@@ -119,7 +119,7 @@ class NeckMeasurements:
         """Distance of the marks from the rim along the axis, mm."""
         thread_end = self.land_mm
         if self.crests > 0:
-            thread_end += self.thread_base_mm + (self.crests - 0.5) * self.pitch_mm
+            thread_end = thread_end + self.thread_base_mm + (self.crests - 0.5) * self.pitch_mm
         return thread_end + self.mark_behind_thread_mm
 
 

@@ -26,8 +26,9 @@ from scenarios.results.recorder import Recorder, restored
 from scenarios.settings.scenario import Scenario, ScenarioError
 from scenarios.sip.lip_model import Lips
 from scenarios.sip.measures import LipMeasures
-from scenarios.sip.placement import Placed, observed, place
+from scenarios.sip.placement import Placed, place
 from scenarios.sip.pull import FoundPull, found_pull
+from scenarios.sip.recorded_motion import recorded_motion
 
 NEAR_MM = 2.0
 """The replay starts when the neck comes this close to a lip, and ends when it has left again."""
@@ -100,7 +101,7 @@ def prepared(scenario: Scenario, *, progress: Progress = lambda share, what: Non
     """
     neck, head = scenario.package.section(), scenario.head_section()
     progress(0.0, "placing the neck")
-    placed = place(scenario, neck, head, observed(scenario, neck, head))
+    placed = place(scenario, neck, head, recorded_motion(scenario, neck, head))
     lips = Lips(scenario, placed.head, neck)
     pull = found_pull(lips, placed.motion, progress=progress)
     if pull is not None:

@@ -11,7 +11,7 @@ from geometry2d.rigid import rotated
 from scenarios.cli.commands import main
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import read_scenario
-from scenarios.sip.placement import observed
+from scenarios.sip.recorded_motion import recorded_motion
 
 pytestmark = pytest.mark.slow
 UNTIL_S = "1.5"
@@ -41,7 +41,9 @@ def test_a_drawn_head_drinks_like_the_measured_one(tmp_path: Path) -> None:
     table = np.array([[float(x) for x in line.split(",")] for line in nodes])
     # The deck's axes are the section's own, the run's those of the recording.
     scenario = read_scenario(str(drawn / "scenario.toml"))
-    turn = observed(scenario, scenario.package.section(), scenario.head_section()).head_angle_rad
+    turn = recorded_motion(
+        scenario, scenario.package.section(), scenario.head_section()
+    ).head_angle_rad
     np.testing.assert_allclose(rotated(table[:, 1:], turn), two.model.nodes, atol=1e-9)
     walls = [line for line in lines if line.startswith("*SURFACE, NAME=") and "SEGMENTS" in line]
     assert [wall.split("=")[1].split(",")[0] for wall in walls] == [

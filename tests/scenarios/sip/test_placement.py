@@ -16,15 +16,9 @@ from scenarios.recordings.rendering import script_of
 from scenarios.results.messages import placement_message
 from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import LIBRARY, FirstContact, ScenarioError, read_scenario
-from scenarios.sip.placement import (
-    UNKNOWNS,
-    Observed,
-    Placed,
-    Shift,
-    observed,
-    place,
-    with_lower_face_moved,
-)
+from scenarios.sip.placement import Placed, place
+from scenarios.sip.recorded_motion import RecordedMotion, recorded_motion
+from scenarios.sip.shift import UNKNOWNS, Shift, with_lower_face_moved
 
 NO_SHIFT = Shift()
 
@@ -34,7 +28,7 @@ def parts(name: str):
     """Scenario, neck, head and the true motion."""
     scenario, script = read_scenario(name), script_of(name)
     scenario = replace(scenario, placement=read_scenario("A38-F").placement)
-    seen = Observed(script.neck_motion(), head_angle_rad=0.1)
+    seen = RecordedMotion(script.neck_motion(), head_angle_rad=0.1)
     return scenario, scenario.package.section(), script.face(), seen
 
 
@@ -68,7 +62,7 @@ def seen_contact(name: str, shift: Shift = NO_SHIFT) -> FirstContact:
     return FirstContact(**values)
 
 
-def solved(name: str, contact: FirstContact, seen: Observed, **settings: object) -> Placed:
+def solved(name: str, contact: FirstContact, seen: RecordedMotion, **settings: object) -> Placed:
     scenario, neck, head, _ = parts(name)
     placement = replace(scenario.placement, **settings)
     return place(replace(scenario, placement=placement, first_contact=contact), neck, head, seen)
@@ -96,7 +90,7 @@ def test_a_recording_that_fits_is_not_moved(name):
 )
 def test_a_moved_recording_is_moved_back_within_what_was_observed(wrong):
     _, _, _, seen = parts("A38-F")
-    misplaced = Observed(wrong.moved(seen.neck), seen.head_angle_rad)
+    misplaced = RecordedMotion(wrong.moved(seen.neck), seen.head_angle_rad)
     contact = replace(
         seen_contact("A38-F"), time_sigma_s=0.01, place_sigma_mm=0.3, skin_sigma_mm=0.05
     )
@@ -143,7 +137,7 @@ def test_the_smallest_shift_is_taken_and_what_nothing_fixes_is_said():
     contact = seen_contact("A38-F")
     only = FirstContact(lower_time_s=contact.lower_time_s)
     wrong = Shift(shift_y_mm=3.0)
-    misplaced = Observed(wrong.moved(seen.neck), seen.head_angle_rad)
+    misplaced = RecordedMotion(wrong.moved(seen.neck), seen.head_angle_rad)
     both = solved("A38-F", only, misplaced, shift_x_mm="auto", shift_y_mm="auto")
     alone = solved("A38-F", only, misplaced, shift_y_mm="auto")
     size = float(np.hypot(both.shift.shift_x_mm, both.shift.shift_y_mm))
@@ -152,7 +146,7 @@ def test_the_smallest_shift_is_taken_and_what_nothing_fixes_is_said():
     assert np.isfinite(alone.found["shift_y_mm"])
 
 
-def recorded(folder: Path, turn_deg: float) -> Observed:
+def recorded(folder: Path, turn_deg: float) -> RecordedMotion:
     """What is read of A38-F's true motion, had the camera been turned by ``-turn_deg``."""
     folder.mkdir()
     truth, by = Motion.read(LIBRARY / "A38-F" / "truth_motion.csv"), np.deg2rad(turn_deg)
@@ -164,7 +158,7 @@ def recorded(folder: Path, turn_deg: float) -> Observed:
         package_body=MarkedBody("package", axis_rad=np.deg2rad(125.8) + by),
     ).write(folder / "motion.csv", decimals=15)
     scenario = read_scenario("A38-F").with_motion(folder / "motion.csv")
-    return observed(scenario, scenario.package.section(), scenario.head_section())
+    return recorded_motion(scenario, scenario.package.section(), scenario.head_section())
 
 
 @pytest.mark.parametrize("turn_deg", [34.0, -120.0, 180.0])
@@ -181,12 +175,12 @@ def test_a_motion_that_does_not_say_how_the_head_was_turned_is_refused(tmp_path)
     truth = LIBRARY / "A38-F" / "truth_motion.csv"
     scenario = read_scenario("A38-F").with_motion(truth)
     with pytest.raises(ScenarioError, match=r"how head was turned in the first frame.*two markers"):
-        observed(scenario, scenario.package.section(), scenario.head_section())
+        recorded_motion(scenario, scenario.package.section(), scenario.head_section())
 
 
 def test_what_cannot_be_explained_within_the_bounds_is_said():
     _, _, _, seen = parts("A38-F")
-    misplaced = Observed(Shift(shift_y_mm=8.0).moved(seen.neck), seen.head_angle_rad)
+    misplaced = RecordedMotion(Shift(shift_y_mm=8.0).moved(seen.neck), seen.head_angle_rad)
     with pytest.raises(ScenarioError, match=r"no shift within 3 mm.*shift_y_mm reached the bound"):
         solved("A38-F", seen_contact("A38-F"), misplaced, shift_y_mm="auto", at_most_mm=3.0)
     with pytest.raises(ScenarioError, match="needs something observed"):

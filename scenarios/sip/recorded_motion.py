@@ -1,0 +1,83 @@
+"""The recorded motion of the neck in the frame of the head section."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry2d.anatomy.head import HeadSection
+from geometry2d.neck import NeckSection
+from geometry2d.rigid import RigidMotion, rotated
+from mocap.motion.motion import MarkedBody, Motion
+from scenarios.settings.scenario import Scenario, ScenarioError
+
+Array = NDArray[np.float64]
+
+ANGLE_DIGITS, PLACE_DIGITS = 11, 9
+"""Decimals of rad and mm that are kept of a motion: a millionth of its uncertainty, and far above
+rounding."""
+
+
+@dataclass(frozen=True)
+class RecordedMotion:
+    """Motion of the neck as it was recorded.
+
+    Attributes
+    ----------
+    neck
+        In the head section's own frame.
+    head_angle_rad
+        Turn of the head section's frame into the head frame of the recording, whose axes are the
+        picture's. The solver works in the former; results are given in the latter.
+    """
+
+    neck: RigidMotion
+    head_angle_rad: float
+
+
+def recorded_motion(scenario: Scenario, neck: NeckSection, head: HeadSection) -> RecordedMotion:
+    """Return the motion of a neck in a head section from the scenario's motion.
+
+    The result must not depend on the camera's orientation, not even by rounding, which slip and
+    instability would amplify: the motion is rounded to `ANGLE_DIGITS` and `PLACE_DIGITS`.
+
+    Raises
+    ------
+    ScenarioError, MotionError
+        If there is no motion file, or it is broken, or lacks the bodies' directions.
+    """
+    if scenario.motion is None:
+        raise ScenarioError(
+            f"scenario {scenario.name!r} has no motion yet: convert its recording first"
+        )
+    motion = Motion.read(scenario.motion.file)
+    head_axis, package_axis = (
+        _axis(body, scenario.motion.file) for body in (motion.head_body, motion.package_body)
+    )
+    marks = np.asarray(neck.upper_mark) - np.asarray(neck.lower_mark)
+    nose = head.landmarks["nose"] - head.landmarks["ear"]
+    head_angle = head_axis - _angle(nose)
+    angle = motion.relative_rad + package_axis - _angle(marks)
+    position = rotated(motion.relative_mm, -head_angle)
+    placed = RigidMotion.of_reference_point(
+        motion.time_s,
+        np.round(angle - head_angle, ANGLE_DIGITS),
+        np.round(position, PLACE_DIGITS),
+        np.asarray(neck.lower_mark),
+    )
+    return RecordedMotion(placed, head_angle)
+
+
+def _axis(body: MarkedBody, file: str) -> float:
+    if body.axis_rad is None:
+        raise ScenarioError(
+            f"{file} does not say how {body.name} was turned in the first frame: make it with "
+            f"drinksim convert, with two markers on {body.name}"
+        )
+    return body.axis_rad
+
+
+def _angle(vector: Array) -> float:
+    return float(np.arctan2(vector[1], vector[0]))
