@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from geometry2d.foundation.delimited import header_line
 from geometry2d.foundation.output import RESULT_MARK, check_replaceable, directory_at_once
 from geometry2d.foundation.progress import ProgressOption, chosen_progress, part_of
 from geometry2d.foundation.settings import setting
 from mocap.formats.boundary import write_boundary_conditions
 from mocap.formats.c3d import write_c3d
 from mocap.formats.exchange import motion_table, read_positions, tracks_from
+from mocap.formats.marker_table import ExchangeError, text_of
 from mocap.formats.trc import write_trc
 from mocap.measurement import Measurement, measure
 from mocap.motion.motion import Motion
@@ -206,13 +208,16 @@ def given_tracks(path: Path | str) -> Tracks:
     """
     file = Path(path)
     if file.suffix.lower() == ".csv" and file.is_file():
-        with file.open(encoding="utf-8-sig", errors="replace") as handle:
-            header = handle.readline()
-        foreign = header.lower().startswith("scorer") or "time (" in header.lower()
+        header = header_line(text_of(file)).lower()
+        foreign = header.startswith("scorer") or "time (" in header
         if not foreign:
             return read_tracks(file)
     elif not file.is_file():
         return read_tracks(file)
-    found = tracks_from(read_positions(file), corner_origin=file.suffix.lower() == ".txt")
+    table = read_positions(file)
+    try:
+        found = tracks_from(table, corner_origin=file.suffix.lower() == ".txt")
+    except ExchangeError as error:
+        raise ExchangeError(f"{file}: {error}") from None
     # Other programs count time in their own ways: frames are what is trusted.
     return replace(found, time_s=np.full_like(found.time_s, np.nan))

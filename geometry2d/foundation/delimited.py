@@ -72,12 +72,10 @@ def rows_of(file: Path, text: str, *, error: type[DrinksimError], separator: str
     DrinksimError
         An ``error`` if a quotation is not closed or a cell is too long.
     """
-    table = text.lstrip("\n")
-    skipped = len(text) - len(table)
-    if stated := STATED.fullmatch(table.partition("\n")[0]):
-        separator, table, skipped = stated[1], table.partition("\n")[2], skipped + 1
+    stated, table = _stated_separator(text)
+    skipped = text.count("\n", 0, len(text) - len(table))
     header = table.partition("\n")[0]
-    separator = separator or max(SEPARATORS, key=header.count)
+    separator = stated or separator or max(SEPARATORS, key=header.count)
     reader = csv.reader(io.StringIO(table, newline=""), delimiter=separator, strict=True)
     rows: list[TableRow] = []
     try:
@@ -93,6 +91,19 @@ def rows_of(file: Path, text: str, *, error: type[DrinksimError], separator: str
             reason = "a quotation mark is not closed, or text follows the closing one"
         raise error(f"{file} line {line}: {reason}; mend the row") from None
     return Rows(file, rows, separator, text.endswith("\n"))
+
+
+def header_line(text: str) -> str:
+    """Return the first line of a table's text that is not blank and states no separator."""
+    return _stated_separator(text)[1].partition("\n")[0]
+
+
+def _stated_separator(text: str) -> tuple[str, str]:
+    """Return the separator that the first line states, empty if it states none, and the table."""
+    table = text.lstrip("\n")
+    first, _, rest = table.partition("\n")
+    stated = STATED.fullmatch(first)
+    return (stated[1], rest.lstrip("\n")) if stated else ("", table)
 
 
 @dataclass(frozen=True)
@@ -216,30 +227,42 @@ def named_table(
         raise error(f"{file}: its header names {doubled[0]} twice; rename or remove one column")
     if not rows:
         raise error(f"{file}: holds no rows below its header")
-    refuse_cut(found, len(header), error)
-    for row in rows:
-        if len(row.cells) != len(header):
-            raise error(_other_width(file, row, len(header), found.separator))
+    refuse_cut(file, rows, len(header), complete=found.complete, error=error)
+    refuse_other_width(found, rows, len(header), error)
     return NamedTable(file, tuple(header), rows, found.separator, error)
 
 
-def refuse_cut(found: Rows, width: int, error: type[DrinksimError]) -> None:
-    """Refuse a table whose last line does not end, if it shows that something is missing there.
+def refuse_cut(
+    file: Path, rows: Sequence[TableRow], width: int, *, complete: bool, error: type[DrinksimError]
+) -> None:
+    """Refuse rows whose last line does not end, if they show that something is missing there.
 
-    That is so if it has fewer cells than the header, or if the last number has fewer decimals than
-    that of every other row.
+    That is so if the last row has fewer cells than there are columns, or if its last number has
+    fewer decimals than that of every other row.
+
+    Parameters
+    ----------
+    file
+        For the message.
+    rows
+        Those below the header.
+    width
+        How many columns there are.
+    complete
+        Whether the last line ends as lines do: nothing is refused then.
+    error
+        What to raise.
     """
-    if found.complete or len(found.rows) < 2:
+    if complete or not rows:
         return
-    *others, last = found.rows[1:]
+    *others, last = rows
     short = len(last.cells) < width
-    if not short and others and len(last.cells) == width:
-        least = min(_decimals(row.cells[-1]) for row in others)
-        short = _decimals(last.cells[-1]) < least
+    if others and len(last.cells) == width:
+        short = _decimals(last.cells[-1]) < min(_decimals(row.cells[-1]) for row in others)
     if short:
         raise error(
-            f"{found.file} line {last.line}: was cut short in its last row; copy the file again, "
-            "or remove the row"
+            f"{file} line {last.line}: was cut short in its last row; copy the file again, or "
+            "remove the row"
         )
 
 
@@ -249,12 +272,20 @@ def _decimals(cell: str) -> int:
     return len(cell) - 1 - mark if mark >= 0 else 0
 
 
-def _other_width(file: Path, row: TableRow, width: int, separator: str) -> str:
-    hint = ""
-    if separator == "," and len(row.cells) > width:
-        hint = "; decimal commas need another separator, such as semicolons"
-    cells = f"{len(row.cells)} cell{'s' if len(row.cells) > 1 else ''}"
-    return f"{file} line {row.line}: has {cells} and the header {width}; mend the row{hint}"
+def refuse_other_width(
+    found: Rows, rows: Sequence[TableRow], width: int, error: type[DrinksimError]
+) -> None:
+    """Refuse a row of a table that has more or fewer cells than ``width``."""
+    for row in rows:
+        if len(row.cells) != width:
+            cells = f"{len(row.cells)} cell{'s' if len(row.cells) > 1 else ''}"
+            hint = ""
+            if found.separator == "," and len(row.cells) > width:
+                hint = "; decimal commas need another separator, such as semicolons"
+            raise error(
+                f"{found.file} line {row.line}: has {cells} and the header {width}; "
+                f"mend the row{hint}"
+            )
 
 
 def safe_cell(text: str) -> str:

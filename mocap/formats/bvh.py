@@ -16,9 +16,23 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.formats.marker_table import AXES, ExchangeError, MarkerTable, checked_table, text_of
+from geometry2d.foundation.delimited import TableRow, refuse_cut
+from geometry2d.foundation.text import number, quoted
+from mocap.formats.marker_table import (
+    AXES,
+    LARGEST,
+    LONGEST_NAME,
+    ExchangeError,
+    MarkerTable,
+    checked_table,
+    refuse_size,
+    text_of,
+)
 
 Array: TypeAlias = NDArray[np.float64]
+
+MOST_JOINTS = 5000
+"""A person with all fingers, twice, has a tenth of them."""
 
 
 @dataclass(frozen=True)
@@ -41,14 +55,15 @@ def read_bvh(path: Path | str) -> MarkerTable:
         If the file is no BVH file, breaks off, or holds fewer or more frames than it announces.
     """
     file = Path(path)
-    skeleton, found, movement = text_of(file).lstrip("\ufeff").partition("MOTION")
+    skeleton, found, movement = text_of(file).partition("MOTION")
     if not skeleton.lstrip().startswith("HIERARCHY"):
         raise ExchangeError(f"{file}: is no BVH file (first word 'HIERARCHY')")
     if not found:
         raise ExchangeError(f"{file}: was cut short: its skeleton is not followed by 'MOTION'")
     joints = _joints(file, iter(skeleton.split()))
     columns = sum(len(joint.channels) for joint in joints)
-    time, values = _frames(file, movement.strip().splitlines(), columns)
+    time, values = _frames(file, skeleton.count("\n") + 1, movement, columns)
+    refuse_size(file, time.size, len(joints), values.size)
     positions = _positions(joints, values)
     return checked_table(file, time, [joint.name for joint in joints], positions, "")
 
@@ -70,8 +85,13 @@ def _joints(file: Path, words: Iterator[str]) -> list[_Joint]:
             elif word == "{":
                 parent = open_joints[-1] if open_joints else -1
                 if next(words) != "OFFSET":
-                    raise ExchangeError(f"{file}: joint {name!r} does not begin with its OFFSET")
-                offset = tuple(float(next(words)) for _ in range(3))
+                    raise ExchangeError(f"{file}: joint {quoted(name)} begins without OFFSET")
+                offset = tuple(_number(next(words)) for _ in range(3))
+                if len(name) > LONGEST_NAME or len(joints) == MOST_JOINTS:
+                    raise ExchangeError(
+                        f"{file}: joint {quoted(name)} is one of more than {MOST_JOINTS}, or has a "
+                        "longer name than people write; export the skeleton again"
+                    )
                 open_joints.append(len(joints))
                 joints.append(_Joint(name, parent, offset, (), column))
             elif word == "CHANNELS":
@@ -81,45 +101,65 @@ def _joints(file: Path, words: Iterator[str]) -> list[_Joint]:
                 column += len(channels)
             elif word == "}":
                 open_joints.pop()
-    except (StopIteration, RuntimeError, ValueError, IndexError) as error:
-        if isinstance(error, ExchangeError):
-            raise
-        raise ExchangeError(f"{file}: its skeleton is broken at joint {name!r}") from None
+    except ExchangeError:
+        raise
+    except (StopIteration, RuntimeError, ValueError, IndexError):
+        raise ExchangeError(f"{file}: its skeleton is broken at joint {quoted(name)}") from None
     if open_joints or not joints:
-        raise ExchangeError(f"{file}: its skeleton ends before joint {name!r} is closed")
+        raise ExchangeError(f"{file}: its skeleton ends before joint {quoted(name)} is closed")
     return joints
+
+
+def _number(word: str) -> float:
+    """Return the number of an offset; ValueError if it is none that a skeleton has."""
+    found = number(word)
+    if found is None or abs(found) > LARGEST:
+        raise ValueError(word)
+    return found
 
 
 def _check_channels(file: Path, name: str, channels: tuple[str, ...]) -> None:
     for channel in channels:
         if channel[1:] not in ("position", "rotation") or channel[0] not in AXES:
-            raise ExchangeError(f"{file}: joint {name!r} has a channel {channel!r} not known")
+            raise ExchangeError(
+                f"{file}: joint {quoted(name)} has a channel {quoted(channel)} not known"
+            )
 
 
-def _frames(file: Path, lines: list[str], columns: int) -> tuple[Array, Array]:
-    """Return times (n,), s, and the values (n, columns) of all channels."""
-    try:
-        declared = int(lines[0].removeprefix("Frames:"))
-        interval = float(lines[1].removeprefix("Frame Time:"))
-    except (ValueError, IndexError):
+def _frames(file: Path, above: int, movement: str, columns: int) -> tuple[Array, Array]:
+    """Return times (n,), s, and the values (n, columns) of all channels.
+
+    ``above`` is the number of lines before the text of the movement.
+    """
+    lines = [(k, line) for k, line in enumerate(movement.split("\n"), start=above) if line.strip()]
+    head = [line.strip() for _, line in lines[:2]]
+    declared = number(head[0].removeprefix("Frames:").strip()) if len(head) == 2 else None
+    interval = number(head[1].removeprefix("Frame Time:").strip()) if len(head) == 2 else None
+    if declared is None or interval is None:
         raise ExchangeError(
             f"{file}: MOTION is not followed by 'Frames:' and 'Frame Time:' with a number each"
-        ) from None
-    rows = [line.split() for line in lines[2:] if line.strip()]
+        )
+    if not 0 < interval <= LARGEST:
+        raise ExchangeError(f"{file}: the frame time is {interval:g} s, not above zero")
+    rows = [TableRow(k, line.split()) for k, line in lines[2:]]
     if len(rows) != declared:
-        raise ExchangeError(f"{file}: announces {declared} frames and holds {len(rows)}")
-    for number, row in enumerate(rows, start=1):
-        if len(row) != columns:
+        raise ExchangeError(f"{file}: announces {declared:g} frames and holds {len(rows)}")
+    refuse_cut(file, rows, columns, complete=movement.endswith("\n"), error=ExchangeError)
+    values = np.empty((len(rows), columns))
+    for k, row in enumerate(rows):
+        if len(row.cells) != columns:
             raise ExchangeError(
-                f"{file}: frame {number} holds {len(row)} values for {columns} channels"
+                f"{file}: frame {k + 1} holds {len(row.cells)} values for {columns} channels"
             )
-    try:
-        values = np.array(rows, np.float64).reshape(declared, columns)
-    except ValueError as error:
-        raise ExchangeError(f"{file}: a value of MOTION is no number ({error})") from None
-    if not (np.isfinite(values).all() and np.isfinite(interval) and interval > 0):
-        raise ExchangeError(f"{file}: a value is not finite, or the frame time not above zero")
-    time: Array = interval * np.arange(declared, dtype=np.float64)
+        found = [number(cell) for cell in row.cells]
+        if None in found:
+            wrong = quoted(row.cells[found.index(None)])
+            raise ExchangeError(f"{file} line {row.line}: {wrong} is no finite number")
+        values[k] = found
+    if np.any(np.abs(values) > LARGEST):
+        worst = values.flat[np.argmax(np.abs(values))]
+        raise ExchangeError(f"{file}: a value of MOTION is {worst:g}, too large")
+    time: Array = interval * np.arange(len(rows), dtype=np.float64)
     return time, values
 
 
@@ -127,10 +167,11 @@ def _positions(joints: list[_Joint], values: Array) -> Array:
     """Return where all joints are (n, m, 3)."""
     frames = values.shape[0]
     positions = np.zeros((frames, len(joints), 3))
-    turns = np.tile(np.eye(3), (len(joints), frames, 1, 1))
+    still = np.tile(np.eye(3), (frames, 1, 1))
+    turns: list[Array] = []
     for k, joint in enumerate(joints):
         own = np.tile(np.array(joint.offset), (frames, 1))
-        turn = np.tile(np.eye(3), (frames, 1, 1))
+        turn = still
         for column, channel in enumerate(joint.channels, start=joint.column):
             axis = AXES[channel[0]]
             if channel.endswith("position"):
@@ -140,8 +181,10 @@ def _positions(joints: list[_Joint], values: Array) -> Array:
         if joint.parent >= 0:
             above = turns[joint.parent]
             own = positions[:, joint.parent] + np.einsum("nij,nj->ni", above, own)
-            turn = above @ turn
-        positions[:, k], turns[k] = own, turn
+            # A joint without rotations turns as the one above it, in the same array.
+            turn = above if turn is still else above @ turn
+        positions[:, k] = own
+        turns.append(turn)
     return positions
 
 

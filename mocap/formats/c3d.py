@@ -1,13 +1,42 @@
-"""C3D, the binary standard of motion laboratories, through ezc3d."""
+"""C3D, the binary standard of motion laboratories, through ezc3d.
+
+What is read is checked first (:mod:`mocap.formats.c3d_header`) and then read in a process of its
+own (:mod:`mocap.formats.c3d_child`), whose end or limit is an error like any other.
+"""
 
 from __future__ import annotations
 
-import struct
+import io
+import os
+import subprocess
+import sys
+import zipfile
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mocap.formats.marker_table import ExchangeError, MarkerTable, checked_table
+from geometry2d.foundation.text import bytes_of, quoted
+from mocap.formats.c3d_header import check_c3d
+from mocap.formats.marker_table import (
+    LEAST_INTERVAL_S,
+    ExchangeError,
+    MarkerTable,
+    checked_table,
+)
+
+Array: TypeAlias = NDArray[np.float64]
+
+LONGEST_LABEL = 127
+"""Bytes of a name; their number is a byte with a sign."""
+
+CHILD = Path(__file__).with_name("c3d_child.py")
+
+MEMORY_BYTES, MEMORY_PER_BYTE = 200_000_000, 30
+CPU_SECONDS, BYTES_PER_CPU_SECOND = 4, 5_000_000
+SECONDS = 120
+"""What the reading of a file may take: memory and processor time grow with its size."""
 
 
 def read_c3d(path: Path | str) -> MarkerTable:
@@ -18,68 +47,47 @@ def read_c3d(path: Path | str) -> MarkerTable:
     ExchangeError
         If it is no C3D file, holds no points, or ends before the frame its header names last.
     """
-    import ezc3d
-
     file = Path(path)
-    if not file.is_file():
-        raise ExchangeError(f"{file}: no such file; check the path")
-    _check_length(file)
-    try:
-        content = ezc3d.c3d(str(file))
-    except (OSError, RuntimeError, ValueError, IndexError, KeyError, MemoryError) as error:
-        reason = str(error).splitlines()[0].split(". If")[0] if str(error) else "unreadable"
-        raise ExchangeError(f"{file}: is no C3D file, or was cut short ({reason})") from None
-    points = np.asarray(content["data"]["points"], float)
-    residual = np.asarray(content["data"]["meta_points"]["residuals"], float)[0]
-    header = content["header"]["points"]
-    declared = int(header["last_frame"]) - int(header["first_frame"]) + 1
-    rate = float(header["frame_rate"])
-    if points.shape[1] == 0:
-        raise ExchangeError(f"{file}: holds no points, only analogue data")
-    if points.shape[2] < declared:
-        raise ExchangeError(
-            f"{file}: announces {declared} frames and holds {points.shape[2]}: it was cut short"
-        )
-    if rate <= 0:
-        raise ExchangeError(f"{file}: its frame rate is {rate}")
-    parameters = content["parameters"]["POINT"]
-    names = [str(name) for name in parameters["LABELS"]["value"]][: points.shape[1]]
-    names += [f"point_{k + 1}" for k in range(len(names), points.shape[1])]
-    units = parameters.get("UNITS", {}).get("value", [""])
+    data = bytes_of(file, what="C3D file", error=ExchangeError)
+    check_c3d(file, data)
+    found = _read_in_a_child(file, len(data))
+    points, residual = found["points"], found["residuals"]
+    count, frames = points.shape[1:]
+    rate = float(found["rate_hz"])
+    if count == 0:
+        raise ExchangeError(f"{file}: holds no points, only analogue data; export the points")
+    if not 0 < rate <= 1 / LEAST_INTERVAL_S:
+        raise ExchangeError(f"{file}: its frame rate is {rate:g}; export it again")
+    names = [str(name) for name in found["names"][:count]]
+    names += [f"point_{k + 1}" for k in range(len(names), count)]
     positions = np.moveaxis(points[:3], [0, 1, 2], [2, 1, 0]).copy()
     positions[(residual < 0).T] = np.nan
-    time = (int(header["first_frame"]) + np.arange(points.shape[2])) / rate
-    return checked_table(file, time, names, positions, str(units[0]) if units else "")
+    time = (int(found["first_frame"]) + np.arange(frames)) / rate
+    unit = str(found["units"][0]) if found["units"].size else ""
+    return checked_table(file, time, names, positions, unit)
 
 
-def _check_length(file: Path) -> None:
-    """Refuse a file shorter than its header says, before it is handed to the library.
-
-    Words of the first block (C3D user guide, 2008): 1 place of the parameters and the number 80,
-    2 points, 3 analogue values a frame, 4 and 5 first and last frame, 7-8 scale (negative: real
-    numbers), 9 first block of data.
-    """
-    size = file.stat().st_size
-    with file.open("rb") as handle:
-        head = handle.read(512)
-        if size < 512 or head[1] != 80:
-            raise ExchangeError(f"{file}: is no C3D file, or was cut short in its header")
-        handle.seek((max(head[0], 1) - 1) * 512 + 3)
-        processor = handle.read(1)
-    if processor == b"":
-        raise ExchangeError(f"{file}: was cut short in its parameters")
-    if processor != b"\x54":
-        return
-    points, analogue, first, last = struct.unpack("<4H", head[2:10])
-    scale = struct.unpack("<f", head[12:16])[0]
-    start = struct.unpack("<H", head[16:18])[0]
-    width = 4 if scale < 0 else 2
-    needed = (start - 1) * 512 + (last - first + 1) * (4 * points + analogue) * width
-    # Longer recordings overflow the header's count; the library reads theirs elsewhere.
-    if last < 65535 and size < needed:
-        raise ExchangeError(
-            f"{file}: holds {size} bytes and announces frames for {needed}: it was cut short"
+def _read_in_a_child(file: Path, size: int) -> dict[str, Array]:
+    """Return the arrays of a file that a process of its own reads within limits."""
+    memory = MEMORY_BYTES + MEMORY_PER_BYTE * size
+    cpu = CPU_SECONDS + size // BYTES_PER_CPU_SECOND
+    command = [sys.executable, "-P", str(CHILD), str(file.absolute()), str(memory), str(cpu)]
+    try:
+        done = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            # Every thread of a linear algebra library takes address space, and none is needed.
+            env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+            timeout=SECONDS + size // BYTES_PER_CPU_SECOND,
+            check=True,
         )
+        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as arrays:
+            return {name: arrays[name] for name in arrays.files}
+    except (subprocess.SubprocessError, zipfile.BadZipFile, ValueError, EOFError):
+        raise ExchangeError(
+            f"{file}: is damaged and cannot be read as C3D; copy it or export it again"
+        ) from None
 
 
 def write_c3d(table: MarkerTable, path: Path) -> None:
@@ -88,9 +96,15 @@ def write_c3d(table: MarkerTable, path: Path) -> None:
     Raises
     ------
     ExchangeError
-        If the times are uneven by more than 1 %: C3D knows only a rate.
+        If the times are uneven by more than 1 %: C3D knows only a rate. If a name is too long.
     """
     import ezc3d
+
+    for name in table.names:
+        if not name.strip() or name.strip() != name or len(name.encode()) > LONGEST_LABEL:
+            raise ExchangeError(
+                f"{path}: C3D cannot hold a marker called {quoted(name)}: rename the marker"
+            )
 
     intervals = np.diff(table.time_s)
     if not table.even:

@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.delimited import header_line
 from mocap.formats import bvh, c3d, spreadsheets, trc
 from mocap.formats.marker_table import ExchangeError, MarkerTable, text_of
 from mocap.motion.motion import Motion
@@ -49,8 +50,7 @@ def _reader_for(file: Path) -> Callable[[Path], MarkerTable]:
     if ending == ".bvh":
         return bvh.read_bvh
     if ending in (".csv", ".txt", ".tsv"):
-        head = text_of(file)[:4000].lstrip("\ufeff").lstrip()
-        first = head.splitlines()[0] if head else ""
+        first = header_line(text_of(file)).lstrip()
         if first.lower().startswith("scorer"):
             return spreadsheets.read_deeplabcut
         if first.startswith("#Kinovea"):
@@ -59,7 +59,7 @@ def _reader_for(file: Path) -> Callable[[Path], MarkerTable]:
             return spreadsheets.read_kinovea
         return spreadsheets.read_tracker
     raise ExchangeError(
-        f"{file}: ending {ending or '(none)'} is not known; known are .trc, .c3d, .bvh, .csv and "
+        f"{file}: ending {ending or '(empty)'} is not known; known are .trc, .c3d, .bvh, .csv and "
         ".txt"
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -10,12 +11,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.text import WINDOWS, quoted
+from geometry2d.foundation.text import text_of as text_of_file
 
 Array: TypeAlias = NDArray[np.float64]
 
 MM_PER = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 AXES = {"X": 0, "Y": 1, "Z": 2}
-MOST_BYTES = 500_000_000
+
+MISSING = ("", "nan", "na")
+"""What cells hold, upper or lower case, where a marker is missing."""
+
+LONGEST_NAME = 200
+LARGEST = 1e9
+"""Bounds of a marker's name, and of a time and a position in any unit."""
+
+LEAST_INTERVAL_S = 1e-6
+"""No camera is faster."""
+
+MOST_POSITIONS = 2_000_000
+"""Frames times markers; a file that holds more numbers than that may have as many positions.
+
+Formats in which cells may be left out, or joints have no numbers of their own, could otherwise
+announce more positions than any memory holds.
+"""
 
 
 class ExchangeError(DrinksimError):
@@ -98,27 +117,26 @@ def plane_positions(table: MarkerTable, *, right: str, up: str) -> Array:
 
 
 def text_of(file: Path) -> str:
-    """Return the text of a file.
+    """Return the text of a table of another program.
+
+    Programs on Windows write names with accents in the old code page, which is therefore read where
+    a text is not in UTF-8.
 
     Raises
     ------
     ExchangeError
-        If it cannot be read, is too large for a table, or is not text.
+        If the file cannot be read, is too large for a table, or is no text.
     """
-    try:
-        if file.stat().st_size > MOST_BYTES:
-            raise ExchangeError(f"{file}: is larger than {MOST_BYTES // 10**6} MB, no marker table")
-        data = file.read_bytes()
-    except OSError as error:
-        raise ExchangeError(f"{file}: cannot be read ({error.strerror})") from None
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        # Programs on Windows write names with accents in the old code page.
-        text = data.decode("cp1252", errors="replace")
-    if "\x00" in text:
-        raise ExchangeError(f"{file}: is not text")
-    return text
+    return text_of_file(file, what="marker table", error=ExchangeError, also=WINDOWS)
+
+
+def refuse_size(file: Path, frames: int, markers: int, numbers: int) -> None:
+    """Refuse a file that announces more positions than its ``numbers`` can describe."""
+    if frames * markers > max(MOST_POSITIONS, numbers):
+        raise ExchangeError(
+            f"{file}: names {markers} markers in {frames} frames and holds {numbers} numbers: most "
+            "positions are missing; export it again"
+        )
 
 
 def checked_table(
@@ -129,19 +147,40 @@ def checked_table(
     Raises
     ------
     ExchangeError
-        If there is no frame, a marker is there twice, or times do not increase.
+        If there is no frame, a marker has no usable name or is there twice, times do not increase,
+        or a number is too large.
     """
     if time.size == 0:
-        raise ExchangeError(f"{file}: holds no frame")
-    doubled = [name for name in names if names.count(name) > 1]
-    if doubled:
-        raise ExchangeError(f"{file}: marker {doubled[0]!r} is there twice; rename one")
+        raise ExchangeError(f"{file}: holds no frame; export it again")
+    _check_names(file, names)
     if not np.isfinite(time).all():
-        raise ExchangeError(f"{file}: row {int(np.argmin(np.isfinite(time))) + 1} has no time")
+        row = int(np.argmin(np.isfinite(time))) + 1
+        raise ExchangeError(f"{file}: row {row} has no time; write it")
+    for what, values in (("time", time), ("position", positions)):
+        if np.any(np.abs(values) > LARGEST):
+            worst = float(values.flat[np.nanargmax(np.abs(values))])
+            raise ExchangeError(f"{file}: a {what} is {worst:g}, too large; check the unit")
     if np.any(np.diff(time) <= 0):
         row = int(np.argmax(np.diff(time) <= 0)) + 2
         raise ExchangeError(
             f"{file}: the time of row {row} ({time[row - 1]:g} s) is not after the one before "
             f"({time[row - 2]:g} s); rows are doubled or out of order"
         )
+    if time.size > 1 and np.min(np.diff(time)) < LEAST_INTERVAL_S:
+        raise ExchangeError(
+            f"{file}: two rows are {np.min(np.diff(time)):.3g} s apart, sooner than any camera; "
+            "check the unit of time"
+        )
     return MarkerTable(time, tuple(names), positions, unit)
+
+
+def _check_names(file: Path, names: list[str]) -> None:
+    for name in names:
+        if not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
+            raise ExchangeError(
+                f"{file}: a marker is called {quoted(name)}: give it a name of letters, digits and "
+                f"signs, at most {LONGEST_NAME}"
+            )
+    doubled = [name for name, count in Counter(names).items() if count > 1]
+    if doubled:
+        raise ExchangeError(f"{file}: marker {quoted(doubled[0])} is there twice; rename one")

@@ -2,21 +2,41 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.formats.marker_table import ExchangeError, MarkerTable, checked_table, text_of
+from geometry2d.foundation.delimited import (
+    Rows,
+    TableRow,
+    decimal_number,
+    plain_cell,
+    refuse_cut,
+    refuse_other_width,
+    rows_of,
+)
+from geometry2d.foundation.text import number, quoted
+from mocap.formats.marker_table import (
+    MISSING,
+    ExchangeError,
+    MarkerTable,
+    checked_table,
+    refuse_size,
+    text_of,
+)
 
 Array: TypeAlias = NDArray[np.float64]
 
 # Detections that DeepLabCut itself calls less likely than this are left out.
 LEAST_LIKELIHOOD = 0.6
+
+AROUND_NAMES = " /.:_-"
+"""What stands between the name of an object and the axis in a heading of Kinovea."""
 
 
 def read_deeplabcut(path: Path | str, *, fps: float | None = None) -> MarkerTable:
@@ -35,34 +55,36 @@ def read_deeplabcut(path: Path | str, *, fps: float | None = None) -> MarkerTabl
         If header or rows are broken. Points of several animals are refused.
     """
     file = Path(path)
-    rows = _delimited(file, ",")
-    kinds = [row[1][0].lower() for row in rows[:4]]
+    found = _rows_of_file(file)
+    kinds = [row.cells[0].lower() for row in found.rows[:4]]
     if kinds[:3] != ["scorer", "bodyparts", "coords"]:
         if "individuals" in kinds:
             raise ExchangeError(f"{file}: holds several animals; export one individual")
         raise ExchangeError(f"{file}: has no DeepLabCut header (scorer, bodyparts, coords)")
-    parts, coordinates = rows[1][1][1:], [c.lower() for c in rows[2][1][1:]]
+    data = found.rows[3:]
+    parts, coordinates = found.rows[1].cells[1:], found.rows[2].cells[1:]
+    refuse_other_width(found, found.rows[1:3], len(found.rows[0].cells), ExchangeError)
+    frames = [_frame_number(file, row) for row in data]
+    values = _numbers(found, data, len(parts) + 1, first=1)
+    column_of: dict[tuple[str, str], list[int]] = {}
+    for k, key in enumerate(zip(parts, (c.lower() for c in coordinates), strict=True)):
+        column_of.setdefault(key, []).append(k)
     names = list(dict.fromkeys(parts))
-    data, first = [], []
-    for line, cells in rows[3:]:
-        first.append(_number(file, line, 1, re.sub(r"\D*(\d+)\.\w+$", r"\1", cells[0])))
-        data.append([_number(file, line, k + 2, cell) for k, cell in enumerate(cells[1:])])
-    _same_width(file, data, len(parts), rows[3:])
-    values = np.array(data).reshape(len(data), len(parts))
+    refuse_size(file, len(data), len(names), values.size)
     positions = np.full((len(data), len(names), 3), np.nan)
     for k, name in enumerate(names):
         for axis, letter in enumerate("xy"):
-            at = [i for i, part in enumerate(parts) if part == name and coordinates[i] == letter]
+            at = column_of.get((name, letter), [])
             if len(at) != 1:
-                raise ExchangeError(f"{file}: {name!r} has {len(at)} columns {letter}, not one")
+                raise ExchangeError(
+                    f"{file}: {quoted(name)} has {len(at)} columns {letter}, not one; export again"
+                )
             positions[:, k, axis] = values[:, at[0]]
-        likely = [
-            i for i, part in enumerate(parts) if part == name and coordinates[i] == "likelihood"
-        ]
+        likely = column_of.get((name, "likelihood"), [])
         if likely:
             positions[values[:, likely[0]] < LEAST_LIKELIHOOD, k] = np.nan
     positions[..., 2] = np.where(np.isfinite(positions[..., 0]), 0.0, np.nan)
-    return checked_table(file, np.array(first) / (fps or 1.0), names, positions, "px")
+    return checked_table(file, np.array(frames) / (fps or 1.0), names, positions, "px")
 
 
 def read_kinovea(path: Path | str) -> MarkerTable:
@@ -77,27 +99,21 @@ def read_kinovea(path: Path | str) -> MarkerTable:
         If the header names no positions or a row is broken.
     """
     file = Path(path)
-    head = text_of(file).splitlines()[0] if text_of(file).strip() else ""
-    separator = max(";\t,", key=head.count)
-    rows = _delimited(file, separator)
-    header = rows[0][1]
+    found = _rows_of_file(file)
+    header, data = found.rows[0].cells, found.rows[1:]
     scale = 1e-3 if "ms" in header[0].lower() else 1.0
     columns: dict[str, dict[str, int]] = {}
     units = set()
     for at, title in enumerate(header[1:], start=1):
-        match = re.fullmatch(r"(.*?)[\s/.:_-]*([xXyY])\s*(?:[(\[](.*?)[)\]])?", title)
-        if match:
-            columns.setdefault(match[1].strip(" /.:_-") or "point", {})[match[2].upper()] = at
-            units.add((match[3] or "").strip().lower())
+        name, axis, unit = _heading(title)
+        if axis:
+            columns.setdefault(name, {})[axis] = at
+            units.add(unit)
     names = [name for name, axes in columns.items() if set(axes) == {"X", "Y"}]
     if not names:
-        raise ExchangeError(f"{file}: no columns X and Y of one object in its header {header[:5]}")
-    data = [
-        [_number(file, line, k + 1, cell, separator) for k, cell in enumerate(cells)]
-        for line, cells in rows[1:]
-    ]
-    _same_width(file, data, len(header), rows[1:])
-    values = np.array(data).reshape(len(data), len(header))
+        shown = ", ".join(quoted(title) for title in header[:5])
+        raise ExchangeError(f"{file}: its header has no columns X and Y of one object: {shown}")
+    values = _numbers(found, data, len(header))
     positions = _flat(values, [(columns[n]["X"], columns[n]["Y"]) for n in names])
     return checked_table(file, scale * values[:, 0], names, positions, _one_unit(units))
 
@@ -111,31 +127,39 @@ def read_kinovea_text(path: Path | str) -> MarkerTable:
         If a line is not three numbers or trajectories have no time in common.
     """
     file = Path(path)
-    blocks: dict[str, dict[float, tuple[float, float]]] = {}
+    text = text_of(file)
+    entries: list[tuple[str, TableRow]] = []
     name = "point"
-    for line, text in enumerate(text_of(file).splitlines(), start=1):
-        stripped = text.strip()
+    for line, content in enumerate(text.split("\n"), start=1):
+        stripped = content.strip()
         if stripped.startswith("#"):
             title = stripped.lstrip("# ").strip()
             if title and not title.startswith("Kinovea") and title != "T X Y":
                 name = title
-            continue
-        if not stripped:
-            continue
-        cells = stripped.split()
-        if len(cells) != 3:
-            raise ExchangeError(f"{file} line {line}: is {stripped!r}, not the three numbers T X Y")
-        t, x, y = (_number(file, line, k + 1, cell, " ") for k, cell in enumerate(cells))
+        elif stripped:
+            entries.append((name, TableRow(line, stripped.split())))
+    rows = [row for _, row in entries]
+    refuse_cut(file, rows, 3, complete=text.endswith("\n"), error=ExchangeError)
+    blocks: dict[str, dict[float, tuple[float, float]]] = {}
+    decimals: set[str] = set()
+    for name, row in entries:
+        if len(row.cells) != 3:
+            shown = quoted(" ".join(row.cells))
+            raise ExchangeError(f"{file} line {row.line}: is {shown}, not the three numbers T X Y")
+        t, x, y = (_number(file, row, k, " ", decimals) for k in range(3))
         block = blocks.setdefault(name, {})
         if t in block:
-            raise ExchangeError(f"{file} line {line}: time {t:g} of {name!r} is there twice")
+            raise ExchangeError(
+                f"{file} line {row.line}: time {t:g} of {quoted(name)} is there twice; remove one"
+            )
         block[t] = (x, y)
     times = sorted({t for block in blocks.values() for t in block})
+    refuse_size(file, len(times), len(blocks), 3 * len(rows))
+    row_of = {t: i for i, t in enumerate(times)}
     positions = np.full((len(times), len(blocks), 3), np.nan)
     for k, block in enumerate(blocks.values()):
-        for i, t in enumerate(times):
-            if t in block:
-                positions[i, k] = (*block[t], 0.0)
+        for t, (x, y) in block.items():
+            positions[row_of[t], k] = (x, y, 0.0)
     # The text export counts time in ms.
     return checked_table(file, 1e-3 * np.array(times), list(blocks), positions, "")
 
@@ -152,27 +176,71 @@ def read_tracker(path: Path | str) -> MarkerTable:
         If there are no columns t, x and y, or a row is broken.
     """
     file = Path(path)
-    lines = [line for line in text_of(file).splitlines() if line.strip()]
-    at = next((i for i, line in enumerate(lines) if re.match(r"\s*t\b", line)), None)
+    text = text_of(file)
+    lines = [(k, line) for k, line in enumerate(text.split("\n"), start=1) if line.strip()]
+    at = next((i for i, (_, line) in enumerate(lines) if re.match(r"\s*+t\b", line)), None)
     if at is None:
         raise ExchangeError(f"{file}: has no header line of columns 't x y'")
-    separator = next((s for s in "\t;," if s in lines[at]), None)
-    titles = [cell.strip() for cell in lines[at].split(separator)]
-    masses = [cell.strip() for cell in lines[at - 1].split(separator)] if at else []
-    masses = [name for name in masses if name]
-    pairs = [
-        (i, titles.index("y", i)) for i, t in enumerate(titles) if t == "x" and "y" in titles[i:]
-    ]
+    separator = next((s for s in "\t;," if s in lines[at][1]), None)
+    rows = [TableRow(k, [cell.strip() for cell in line.split(separator)]) for k, line in lines]
+    titles, data = rows[at].cells, rows[at + 1 :]
+    masses = [name for name in rows[at - 1].cells if name] if at else []
+    pairs = _pairs(titles)
     if not pairs:
-        raise ExchangeError(f"{file}: has no columns x and y, only {', '.join(titles)}")
-    names = [masses[k] if k < len(masses) else f"mass_{k + 1}" for k in range(len(pairs))]
-    data = []
-    for line, text in enumerate(lines[at + 1 :], start=at + 2):
-        cells = [cell.strip() for cell in text.split(separator)]
-        data.append([_number(file, line, k + 1, c, separator or " ") for k, c in enumerate(cells)])
-    _same_width(file, data, len(titles), [(at + 2 + i, []) for i in range(len(data))])
-    values = np.array(data).reshape(len(data), len(titles))
+        shown = quoted(", ".join(titles))
+        raise ExchangeError(f"{file}: has no columns x and y, only {shown}; export them")
+    names = [
+        plain_cell(masses[k]) if k < len(masses) else f"mass_{k + 1}" for k in range(len(pairs))
+    ]
+    found = Rows(file, rows, separator or " ", text.endswith("\n"))
+    values = _numbers(found, data, len(titles))
     return checked_table(file, values[:, titles.index("t")], names, _flat(values, pairs), "")
+
+
+def _rows_of_file(file: Path) -> Rows:
+    """Return the rows of a file of another program: at least one below the header."""
+    found = rows_of(file, text_of(file), error=ExchangeError)
+    if len(found.rows) < 2:
+        raise ExchangeError(f"{file}: holds no rows below its header")
+    return found
+
+
+def _heading(title: str) -> tuple[str, str, str]:
+    """Return object, axis ("X", "Y" or "" if there is none) and unit of a heading of Kinovea."""
+    unit = ""
+    text = title.strip()
+    if text.endswith((")", "]")):
+        opened = max(text.rfind("("), text.rfind("["))
+        text, unit = text[:opened].rstrip(), text[opened + 1 : -1].strip().lower()
+    if text[-1:] not in ("x", "y", "X", "Y"):
+        return "", "", unit
+    return plain_cell(text[:-1].strip(AROUND_NAMES)) or "point", text[-1].upper(), unit
+
+
+def _pairs(titles: list[str]) -> list[tuple[int, int]]:
+    """Return for each column x that column and the next y."""
+    pairs: list[tuple[int, int]] = []
+    following: int | None = None
+    for k in reversed(range(len(titles))):
+        if titles[k] == "y":
+            following = k
+        elif titles[k] == "x" and following is not None:
+            pairs.append((k, following))
+    return pairs[::-1]
+
+
+def _frame_number(file: Path, row: TableRow) -> float:
+    """Return the number of a row's frame: of a picture's name, the digits before its ending."""
+    cell = row.cells[0]
+    stem = cell.rpartition(".")[0]
+    value = number(cell)
+    if value is None:
+        value = number(stem[len(stem.rstrip("0123456789")) :])
+    if value is None:
+        raise ExchangeError(
+            f"{file} line {row.line}: column 1 is {quoted(cell)}, not the number of a frame"
+        )
+    return value
 
 
 def _flat(values: Array, pairs: list[tuple[int, int]]) -> Array:
@@ -184,43 +252,28 @@ def _flat(values: Array, pairs: list[tuple[int, int]]) -> Array:
     return positions
 
 
-def _delimited(file: Path, separator: str) -> list[tuple[int, list[str]]]:
-    reader = csv.reader(text_of(file).splitlines(), delimiter=separator)
-    try:
-        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(row)]
-    except csv.Error as error:
-        raise ExchangeError(f"{file}: is no table ({error})") from None
-    if len(rows) < 2:
-        raise ExchangeError(f"{file}: holds no rows below its header")
-    return rows
+def _numbers(found: Rows, data: Sequence[TableRow], width: int, *, first: int = 0) -> Array:
+    """Return the numbers (n, width - first) of rows, those of the columns from ``first`` on."""
+    refuse_cut(found.file, data, width, complete=found.complete, error=ExchangeError)
+    refuse_other_width(found, data, width, ExchangeError)
+    decimals: set[str] = set()
+    table = [
+        [_number(found.file, row, k, found.separator, decimals) for k in range(first, width)]
+        for row in data
+    ]
+    return np.array(table, float).reshape(len(data), width - first)
 
 
-def _number(file: Path, line: int, column: int, cell: str, separator: str = ",") -> float:
-    """Return the number in a cell; an empty cell is nan, a decimal comma is understood."""
-    text = cell.strip().strip('"')
-    if separator != ",":
-        text = text.replace(",", ".")
-    if text.lower() in ("", "nan", "na"):
+def _number(file: Path, row: TableRow, k: int, separator: str, decimals: set[str]) -> float:
+    """Return the number in a cell; one that is missing is nan."""
+    cell = row.cells[k]
+    if cell.lower() in MISSING:
         return math.nan
-    try:
-        value = float(text)
-    except ValueError:
-        raise ExchangeError(
-            f"{file} line {line}: column {column} is {cell!r}, not a number"
-        ) from None
-    if math.isinf(value):
-        raise ExchangeError(f"{file} line {line}: column {column} is not finite")
+    value = decimal_number(cell, separator, decimals)
+    if value is None or len(decimals) > 1:
+        reason = "not a finite number" if value is None else "and others have another decimal mark"
+        raise ExchangeError(f"{file} line {row.line}: column {k + 1} is {quoted(cell)}, {reason}")
     return value
-
-
-def _same_width(
-    file: Path, data: list[list[float]], width: int, rows: list[tuple[int, list[str]]]
-) -> None:
-    for values, (line, _) in zip(data, rows, strict=True):
-        if len(values) != width:
-            raise ExchangeError(
-                f"{file} line {line}: has {len(values)} columns, the header {width}"
-            )
 
 
 def _one_unit(units: set[str]) -> str:

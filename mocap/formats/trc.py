@@ -9,13 +9,25 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.formats.marker_table import ExchangeError, MarkerTable, checked_table, text_of
+from geometry2d.foundation.delimited import TableRow, plain_cell, refuse_cut, safe_cell
+from geometry2d.foundation.text import number, quoted
+from mocap.formats.marker_table import (
+    LEAST_INTERVAL_S,
+    MISSING,
+    ExchangeError,
+    MarkerTable,
+    checked_table,
+    refuse_size,
+    text_of,
+)
 
 Array: TypeAlias = NDArray[np.float64]
 
 
 # Times written with this error (s) or less are taken to mean an even rate.
 ROUNDING_S = 6e-4
+LONGEST_INTERVAL_S = 1e6
+"""A rate below one over this, or above one over `LEAST_INTERVAL_S`, is none."""
 
 
 def read_trc(path: Path | str, *, partial: bool = False) -> MarkerTable:
@@ -35,7 +47,7 @@ def read_trc(path: Path | str, *, partial: bool = False) -> MarkerTable:
     """
     file = Path(path)
     text = text_of(file)
-    lines = text.lstrip("\ufeff").splitlines()
+    lines = text.split("\n")
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
         raise ExchangeError(
             f"{file}: is no TRC file, or was cut short in its header (first line 'PathFileType')"
@@ -44,32 +56,44 @@ def read_trc(path: Path | str, *, partial: bool = False) -> MarkerTable:
     header = dict(zip(_cells(lines[1], separator), _cells(lines[2], separator), strict=False))
     declared = _count(file, header, "NumFrames")
     count = _count(file, header, "NumMarkers")
-    names = [name for name in _cells(lines[3], separator)[2:] if name]
+    names = [plain_cell(name) for name in _cells(lines[3], separator)[2:] if name]
     if len(names) != count:
         raise ExchangeError(f"{file}: announces {count} markers and names {len(names)}")
     rows = [
-        (number, _cells(line, separator))
+        TableRow(number, _cells(line, separator))
         for number, line in enumerate(lines[4:], start=5)
         if line.replace(separator, "").strip()
     ]
-    if rows and rows[0][1][0] in ("", "X1"):
+    if rows and rows[0].cells[0] in ("", "X1"):
         rows = rows[1:]
     if len(rows) > declared or (len(rows) < declared and not partial):
         raise ExchangeError(
             f"{file}: announces {declared} frames and holds {len(rows)}: it was cut short, or rows "
             "are missing or doubled"
         )
-    if rows and not text.endswith(("\n", "\r")) and len(rows[-1][1]) < 2 + 3 * count:
-        raise ExchangeError(f"{file}: was cut short in its last row")
-    table = np.array([_numbers(file, number, cells, 2 + 3 * count) for number, cells in rows])
-    table = table.reshape(len(rows), 2 + 3 * count)
+    width = 2 + 3 * count
+    refuse_cut(file, rows, width, complete=text.endswith("\n"), error=ExchangeError)
+    refuse_size(file, len(rows), count, sum(len(row.cells) for row in rows))
+    table = np.array([_numbers(file, row, width) for row in rows]).reshape(len(rows), width)
     positions = table[:, 2:].reshape(len(rows), count, 3)
     time = _even(table[:, 1], header.get("DataRate", ""))
     return checked_table(file, time, names, positions, header.get("Units", "").strip())
 
 
 def write_trc(table: MarkerTable, path: Path) -> None:
-    """Write a table as TRC, tab-separated, version 4; missing markers are empty cells."""
+    """Write a table as TRC, tab-separated, version 4; missing markers are empty cells.
+
+    Raises
+    ------
+    ExchangeError
+        If a name cannot stand in a cell.
+    """
+    for name in table.names:
+        if not name.isprintable() or name.strip() != name or not name:
+            raise ExchangeError(
+                f"{path}: TRC cannot hold a marker called {quoted(name)}: rename the marker"
+            )
+    names = [safe_cell(name) for name in table.names]
     rate = f"{table.rate_hz:.6g}"
     count, markers = len(table.time_s), len(table.names)
     lines = [
@@ -77,7 +101,7 @@ def write_trc(table: MarkerTable, path: Path) -> None:
         "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\t"
         "OrigNumFrames",
         f"{rate}\t{rate}\t{count}\t{markers}\t{table.unit}\t{rate}\t1\t{count}",
-        "Frame#\tTime\t" + "\t\t\t".join(table.names) + "\t\t",
+        "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
         "\t\t" + "\t".join(f"{axis}{k + 1}" for k in range(markers) for axis in "XYZ"),
         "",
     ]
@@ -89,10 +113,10 @@ def write_trc(table: MarkerTable, path: Path) -> None:
 
 def _even(time: Array, rate: str) -> Array:
     """Return the times without their rounding, where they fit the rate that the header gives."""
-    try:
-        interval = 1 / float(rate)
-    except (ValueError, ZeroDivisionError):
+    hertz = number(rate)
+    if hertz is None or not 1 / LONGEST_INTERVAL_S <= hertz <= 1 / LEAST_INTERVAL_S:
         return time
+    interval = 1 / hertz
     even = time[:1] + interval * np.arange(time.size)
     offset = float(np.median(time - even)) if time.size else 0.0
     fits = bool(np.all(np.abs(time - even - offset) < ROUNDING_S))
@@ -104,32 +128,24 @@ def _cells(line: str, separator: str) -> list[str]:
 
 
 def _count(file: Path, header: dict[str, str], key: str) -> int:
-    try:
-        count = int(header[key])
-    except (KeyError, ValueError):
-        raise ExchangeError(
-            f"{file}: its header has no number {key} (found {header.get(key)!r})"
-        ) from None
-    if count < 0:
-        raise ExchangeError(f"{file}: {key} is {count}")
-    return count
+    found = number(header.get(key, ""))
+    if found is None or found != int(found) or found < 0:
+        stated = f"it says {quoted(header[key])}" if key in header else "it is missing"
+        raise ExchangeError(f"{file}: its header has no number {key}: {stated}; export it again")
+    return int(found)
 
 
-def _numbers(file: Path, line: int, cells: list[str], count: int) -> list[float]:
+def _numbers(file: Path, row: TableRow, count: int) -> list[float]:
     """Return the numbers of a row; empty cells, and those left off at its end, are nan."""
-    if len(cells) < 2:
-        raise ExchangeError(f"{file} line {line}: has {len(cells)} columns instead of {count}")
-    if any(cells[count:]):
-        raise ExchangeError(f"{file} line {line}: has more than {count} columns")
+    where = f"{file} line {row.line}"
+    if len(row.cells) < 2:
+        raise ExchangeError(f"{where}: has {len(row.cells)} columns instead of {count}")
+    if any(row.cells[count:]):
+        raise ExchangeError(f"{where}: has more than {count} columns")
     values = []
-    for column, cell in enumerate((cells + [""] * count)[:count]):
-        try:
-            value = float(cell) if cell else math.nan
-        except ValueError:
-            raise ExchangeError(
-                f"{file} line {line}: column {column + 1} is {cell!r}, not a number"
-            ) from None
-        if math.isinf(value):
-            raise ExchangeError(f"{file} line {line}: column {column + 1} is not finite")
+    for column, cell in enumerate(row.cells[:count], start=1):
+        value = math.nan if cell.lower() in MISSING else number(cell)
+        if value is None:
+            raise ExchangeError(f"{where}: column {column} is {quoted(cell)}, not a finite number")
         values.append(value)
-    return values
+    return values + [math.nan] * (count - len(values))

@@ -1,0 +1,172 @@
+"""The header and the parameters of a C3D file, checked before a library reads them.
+
+C3D is binary: blocks of 512 bytes, of which the first says where the parameters and the data begin
+and how many points there are (C3D user guide, 2008, "Header section", "Parameter section"). The
+parameters are records that point to one another. A wrong number in them sends a reader astray, so
+that it ends with the whole program or takes all memory; here they are followed within the file.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from geometry2d.foundation.text import quoted
+from mocap.formats.marker_table import ExchangeError
+
+BLOCK = 512
+MARK = 80
+INTEL, DEC, MIPS = 84, 85, 86
+"""Makers of the processor whose order of bytes a file has."""
+
+UNKNOWN_END = 65535
+"""The last frame that the header can hold: longer recordings state it among the parameters."""
+
+TYPES = (-1, 1, 2, 4)
+"""Of a parameter: characters, bytes, whole and real numbers; the size is the bytes of one."""
+
+MOST_DIMENSIONS = 7
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter: its type, its dimensions, and its bytes."""
+
+    kind: int
+    dimensions: tuple[int, ...]
+    data: bytes
+
+    def first(self, order: str) -> float:
+        """Return the first number of it, 0 if there is none."""
+        size = abs(self.kind)
+        if len(self.data) < size or self.kind < 0:
+            return 0.0
+        code = {1: "B", 2: "H", 4: "f"}[size]
+        return float(struct.unpack_from(order + code, self.data)[0])
+
+
+def check_c3d(file: Path, data: bytes) -> None:
+    """Refuse a file whose header and parameters do not describe it.
+
+    Parameters
+    ----------
+    file
+        For messages.
+    data
+        The content of the file.
+
+    Raises
+    ------
+    ExchangeError
+        If the file is no C3D file, its parameters leave it, or it is shorter than it says.
+    """
+    if len(data) < BLOCK or data[1] != MARK:
+        raise ExchangeError(f"{file}: is no C3D file, or was cut short in its header")
+    start = (max(data[0], 1) - 1) * BLOCK
+    if start + 4 > len(data):
+        raise ExchangeError(f"{file}: was cut short in its parameters")
+    processor = data[start + 3]
+    if processor not in (INTEL, DEC, MIPS):
+        raise ExchangeError(
+            f"{file}: its parameters name the processor {processor}, which is none of C3D "
+            f"({INTEL}, {DEC}, {MIPS}); export it again"
+        )
+    order = ">" if processor == MIPS else "<"
+    parameters = dict(_parameters(file, data, start + 4, order))
+    points, analogue, first, last = struct.unpack_from(order + "4H", data, 2)
+    _check_counts(file, parameters, points, analogue, order)
+    frames = _frames(parameters, first, last, order)
+    if frames < 1:
+        raise ExchangeError(f"{file}: announces frames {first} to {last}; export it again")
+    # The sign of the scale says whether numbers are real; it is where Intel has it, or DEC.
+    real = bool(data[12 if order == ">" else 15 if processor == INTEL else 13] & 0x80)
+    begin = struct.unpack_from(order + "H", data, 16)[0]
+    needed = (begin - 1) * BLOCK + frames * (4 * points + analogue) * (4 if real else 2)
+    if begin < 2 or len(data) < needed:
+        raise ExchangeError(
+            f"{file}: holds {len(data)} bytes and announces frames for {needed}: it was cut short"
+        )
+
+
+def _parameters(
+    file: Path, data: bytes, at: int, order: str
+) -> Iterator[tuple[tuple[str, str], Parameter]]:
+    """Yield the parameters by the names of their group and their own, in capitals."""
+    groups: dict[int, str] = {}
+    found: list[tuple[int, str, Parameter]] = []
+    while True:
+        if at + 2 > len(data):
+            raise ExchangeError(f"{file}: was cut short in its parameters")
+        length, group = struct.unpack_from("<2b", data, at)
+        if length == 0 or group == 0:
+            break
+        name = data[at + 2 : at + 2 + abs(length)].decode("latin-1").upper()
+        link = at + 2 + abs(length)
+        if link + 2 > len(data):
+            raise ExchangeError(f"{file}: was cut short in its parameter {quoted(name)}")
+        offset = struct.unpack_from(order + "H", data, link)[0]
+        following = link + offset if offset else len(data)
+        if following > len(data):
+            raise ExchangeError(f"{file}: its parameter {quoted(name)} leads out of the file")
+        if group < 0:
+            groups[-group] = name
+        else:
+            found.append((group, name, _parameter(file, name, data[link + 2 : following])))
+        if offset == 0:
+            break
+        at = following
+    for group, name, parameter in found:
+        yield (groups.get(group, ""), name), parameter
+
+
+def _parameter(file: Path, name: str, record: bytes) -> Parameter:
+    """Return a parameter from its record, which begins with its type."""
+    kind, count = struct.unpack_from("<bB", record) if len(record) >= 2 else (0, 0)
+    dimensions = tuple(record[2 : 2 + count])
+    size = abs(kind) * math.prod(dimensions)
+    if kind not in TYPES or count > MOST_DIMENSIONS or 2 + count + size > len(record):
+        raise ExchangeError(
+            f"{file}: its parameter {quoted(name)} is damaged: type {kind} with {count} dimensions "
+            f"does not fit into its record of {len(record)} bytes; export the file again"
+        )
+    return Parameter(kind, dimensions, record[2 + count : 2 + count + size])
+
+
+def _check_counts(
+    file: Path,
+    parameters: dict[tuple[str, str], Parameter],
+    points: int,
+    analogue: int,
+    order: str,
+) -> None:
+    """Refuse parameters that count other points or channels than the header, or no points."""
+    if ("POINT", "USED") not in parameters:
+        raise ExchangeError(f"{file}: has no parameter POINT:USED; export it again")
+    for group, counted, what in (("POINT", points, "points"), ("ANALOG", analogue, "channels")):
+        used = parameters.get((group, "USED"))
+        stated = int(used.first(order)) if used else 0
+        fits = stated == counted if group == "POINT" else not stated or counted % stated == 0
+        if used and not fits:
+            raise ExchangeError(
+                f"{file}: its header has {counted} {what} in a frame and {group}:USED says "
+                f"{stated}; export it again"
+            )
+
+
+def _frames(parameters: dict[tuple[str, str], Parameter], first: int, last: int, order: str) -> int:
+    """Return how many frames are announced: by the header, or for long recordings elsewhere."""
+    if last < UNKNOWN_END:
+        return last - first + 1
+    ends: list[int] = []
+    for name in ("ACTUAL_START_FIELD", "ACTUAL_END_FIELD"):
+        field = parameters.get(("TRIAL", name))
+        if field and field.kind == 2 and len(field.data) >= 4:
+            low, high = struct.unpack_from(order + "2H", field.data)
+            ends.append(low + UNKNOWN_END * high + high)
+    if len(ends) == 2:
+        return ends[1] - ends[0] + 1
+    stated = parameters.get(("POINT", "FRAMES"))
+    return max(int(stated.first(order)) if stated else 0, last - first + 1)
