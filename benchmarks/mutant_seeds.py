@@ -27,7 +27,7 @@ from mocap.formats.c3d import write_c3d
 from mocap.formats.exchange import read_positions
 from mocap.formats.marker_table import MarkerTable
 from mocap.formats.trc import write_trc
-from mocap.tracking.markers import EXAMPLE, read_markers
+from mocap.tracking.marker_file import EXAMPLE, read_markers
 from mocap.tracking.tracks import Tracks
 from mocap.video.frames import Video
 from scenarios.recordings.rendering import LIBRARY, read_script

@@ -24,7 +24,7 @@ import numpy as np
 
 from mocap.synthetic.rendering import write_recording
 from mocap.tracking.follow import follow
-from mocap.tracking.markers import read_markers
+from mocap.tracking.marker_file import read_markers
 from mocap.video.frames import Video
 
 SIP = Path(__file__).parents[1] / "scenarios" / "library" / "A38-F"

@@ -33,8 +33,8 @@ from mocap.measurement import Measurement
 from mocap.motion.scale import PictureFormat
 from mocap.synthetic.rendering import Truth
 from mocap.tracking.follow import follow
-from mocap.tracking.markers import read_markers
-from mocap.tracking.noise import with_noise_in_time
+from mocap.tracking.marker_file import read_markers
+from mocap.tracking.noise import with_temporal_noise
 from mocap.tracking.tracks import Tracks
 from mocap.video.frames import Video
 
@@ -65,7 +65,7 @@ class Outcome:
         if not head_scale:
             markers.write_text(take.marker_file(truths[0], head_scale=False), encoding="utf-8")
         file, film = read_markers(markers), Video(video)
-        tracks = with_noise_in_time(follow(film, file), key_frames=film.key_frames).bridged()
+        tracks = with_temporal_noise(follow(film, file), key_frames=film.key_frames).interpolated()
         measured = measure(tracks, file, PictureFormat(take.camera.width, take.camera.height))
         return cls(take, tracks, measured, truths)
 

@@ -21,8 +21,9 @@ from mocap.measurement import Measurement, measure
 from mocap.motion.motion import Motion
 from mocap.motion.scale import BodyScale, PictureFormat
 from mocap.tracking.follow import follow
-from mocap.tracking.markers import MarkerFile, read_markers
-from mocap.tracking.noise import with_noise_in_time
+from mocap.tracking.marker_file import read_markers
+from mocap.tracking.markers import MarkerFile
+from mocap.tracking.noise import with_temporal_noise
 from mocap.tracking.tracks import Tracks, read_tracks
 from mocap.video.frames import Video
 from mocap.views.overlay import write_overlay
@@ -146,7 +147,7 @@ def convert(
             progress=part_of(show, 0.0, last),
         )
         picture = PictureFormat(film.info.width, film.info.height, film.info.pixel_aspect)
-        bridged = with_noise_in_time(raw, key_frames=film.key_frames).bridged()
+        bridged = with_temporal_noise(raw, key_frames=film.key_frames).interpolated()
         measured = measure(bridged, marker_file, picture)
         report = summary(film.info, film.timing, marker_file, measured, picture)
         motion = measured.motion.rounded()

@@ -1,15 +1,15 @@
-"""Marker centres to a small fraction of a pixel, each with its standard error.
+"""Detection of markers: sub-pixel centres with their standard errors.
 
 A marker is fitted as a blurred elliptical disc, or ring, on a plane background:
 
     I(x) = b0 + b·(x − c) + A [Φ(w (1 − ρ)) − Φ(w (q − ρ))],   ρ = |G (x − c)|
 
 with centre c, symmetric G (semi-axes and direction of the ellipse), edge sharpness w, contrast A
-(negative for dark markers), inner radius q relative to the outer one (0 and absent for a disc) and
-the cumulative normal distribution Φ. The model is symmetric about c and so are its usual faults
-(another blur, a curved response of the camera, motion during exposure): they leave the centre
-alone. The standard error comes from that part of the residual only which is antisymmetric about c,
-with its correlation between neighbouring pixels, since compression does not leave white noise.
+(negative for dark markers), inner radius q relative to the outer one (absent for a disc) and the
+cumulative normal distribution Φ. The model is symmetric about c, and so are its usual errors
+(another blur, a nonlinear response of the camera, motion during the exposure), which therefore do
+not move the centre. The standard error comes from the part of the residual that is antisymmetric
+about c, with its correlation between neighbouring pixels: the noise of compression is not white.
 
 Least squares by Levenberg–Marquardt with the exact Jacobian (Marquardt 1963).
 """
@@ -35,23 +35,36 @@ from mocap.tracking.fit import (
 Image: TypeAlias = NDArray[np.uint8]
 Array: TypeAlias = NDArray[np.float64]
 
-# A blob is taken for a marker if the fit leaves at most this share of its contrast unexplained.
+# Limits of a marker: RMS residual over contrast, ratio of the semi-axes, contrast (grey levels) and
+# radius (px).
 MISFIT_LIMIT = 0.16
 LONGEST_SHAPE = 2.6
 LEAST_CONTRAST = 14.0
 SMALLEST_RADIUS = 1.2
-# A hole smaller or larger than these shares of the radius is none: what was fitted is a disc, such
-# as the light middle of a dark ring, or a mere line.
+# Range of a ring's inner radius over its outer one; outside it the fit is a disc or a thin line.
 HOLE = (0.15, 0.92)
 
 
 @dataclass(frozen=True)
 class Detection:
-    """A fitted marker: centre (px) and its covariance (2, 2) px², and how it looks.
+    """A fitted marker.
 
-    ``radius`` is the geometric mean of the semi-axes and ``aspect`` their ratio; ``contrast`` is in
-    grey levels, negative for dark on light; ``misfit`` is the RMS residual over the contrast;
-    ``parameters`` are those of the model, to start the fit of the next frame from.
+    Attributes
+    ----------
+    x, y
+        Its centre, px.
+    covariance
+        (2, 2) covariance of the centre, px².
+    radius, aspect
+        Geometric mean of the semi-axes, px, and their ratio.
+    contrast
+        Grey levels; negative for dark on light.
+    misfit
+        RMS residual over the contrast.
+    ring
+        Whether the marker is a ring.
+    parameters
+        (11,) parameters of the model, from which the fit of the next frame starts.
     """
 
     x: float
@@ -72,7 +85,7 @@ class Detection:
 
 @dataclass(frozen=True)
 class Blob:
-    """A spot that may be a marker: rough centre and radius (px), contrast (grey levels)."""
+    """A candidate for a marker: approximate centre and radius, px, and contrast, grey levels."""
 
     x: float
     y: float
@@ -82,14 +95,14 @@ class Blob:
 
 
 def fit_blob(image: Image, blob: Blob, *, ring: bool = False) -> Detection | None:
-    """Return the marker at a rough position in a picture (height, width), or None if there is none.
+    """Return the marker near a candidate, or None if there is none.
 
     Parameters
     ----------
     image
         (height, width) grey levels.
     blob
-        Where to start, with a radius right to about a factor 1.5.
+        The candidate; its radius is right within a factor of about 1.5.
     ring
         Whether the marker is a ring.
     """
@@ -102,7 +115,7 @@ def fit_blob(image: Image, blob: Blob, *, ring: bool = False) -> Detection | Non
 
 
 def refit(image: Image, start: Array, *, ring: bool = False) -> Detection | None:
-    """Return the marker found from starting parameters, such as those of the frame before."""
+    """Return the marker fitted from starting parameters (11,), such as the previous frame's."""
     parameters = np.array(start, float)
     for _ in range(3):
         radius = _radius(parameters)
@@ -132,12 +145,12 @@ def refit(image: Image, start: Array, *, ring: bool = False) -> Detection | None
 
 
 def find_blobs(image: Image, *, polarity: str, offset: tuple[int, int] = (0, 0)) -> list[Blob]:
-    """Return spots of a picture (height, width) that stand out from what surrounds them.
+    """Return the round spots of a picture that contrast with their surroundings.
 
     Parameters
     ----------
     image
-        Grey levels; may be part of a picture.
+        (height, width) grey levels; may be part of a picture.
     polarity
         "dark", "light" or "auto" for both; "ring" for rings of either kind.
     offset
@@ -157,7 +170,7 @@ def find_blobs(image: Image, *, polarity: str, offset: tuple[int, int] = (0, 0))
 
 
 def detect(image: Image, *, polarity: str, offset: tuple[int, int] = (0, 0)) -> list[Detection]:
-    """Return all markers in a picture, or in a part of it at ``offset`` (column, row)."""
+    """Return all markers in a picture; arguments as for :func:`find_blobs`."""
     ring = polarity == "ring"
     detections: list[Detection] = []
     for blob in find_blobs(image, polarity=polarity):
@@ -171,7 +184,7 @@ def detect(image: Image, *, polarity: str, offset: tuple[int, int] = (0, 0)) -> 
 def _detection(
     parameters: Array, residual: Array, covariance: Array, ring: bool
 ) -> Detection | None:
-    """Return the fit as a detection if it looks like a marker at all."""
+    """Return the fit as a detection, or None if it is not within the limits of a marker."""
     contrast = float(parameters[CONTRAST])
     a, b, c = (float(value) for value in parameters[2:5])
     # Eigenvalues of the symmetric [[a, b], [b, c]].
@@ -215,7 +228,7 @@ def _radius(parameters: Array) -> float:
 
 
 def _reach(parameters: Array) -> float:
-    """Return the radius (px) of the window: the marker and a rim that stays on its white square."""
+    """Return the radius of the window, px: the marker and a margin within its white square."""
     radius = _radius(parameters)
     return radius + min(max(0.6 * radius, 2.5), 6.0)
 
@@ -223,7 +236,7 @@ def _reach(parameters: Array) -> float:
 def _window(
     image: Image, x: float, y: float, reach: float
 ) -> tuple[NDArray[np.uint8], int, int] | None:
-    """Return the square of pixels around a point, or None where it would leave the picture."""
+    """Return the square of pixels around a point, or None if it leaves the picture."""
     half = math.ceil(reach) + 1
     if not (math.isfinite(x) and math.isfinite(y)):
         return None
@@ -255,7 +268,7 @@ def _round_components(
     block: int,
     offset: tuple[int, int],
 ) -> list[Blob]:
-    """Return the connected about round spots of a mask whose size fits the block."""
+    """Return the connected, about round spots of a mask that are smaller than the block."""
     import cv2
 
     count, labels, stats, centres = cv2.connectedComponentsWithStats(mask, connectivity=4)
@@ -287,7 +300,7 @@ def _round_components(
 
 
 def _without_doubles(blobs: list[Blob]) -> list[Blob]:
-    """Return the blobs without those that lie on one of higher contrast."""
+    """Return the blobs; of several at one place, only the one of highest contrast."""
     kept: list[Blob] = []
     for blob in sorted(blobs, key=lambda b: -abs(b.contrast)):
         close = (

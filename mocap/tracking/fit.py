@@ -12,13 +12,13 @@ from geometry2d.compiled import compiled
 
 Array: TypeAlias = NDArray[np.float64]
 
-# Positions in the vector of parameters: centre 0-1, G 2-4, then
+# Indices in the vector of parameters: centre 0-1, G 2-4, then the following.
 SHARPNESS, CONTRAST, LEVEL, SLOPE_X, SLOPE_Y, INNER = 5, 6, 7, 8, 9, 10
 PARAMETERS = 11
 ITERATIONS = 40
-# A step of the centre below this (px) is the last: steps shrink at least tenfold towards the end.
+# The iteration ends at a step of the centre below this, px; steps then shrink at least tenfold.
 CENTRE_TOLERANCE = 1e-3
-# Pixels over which the noise that compression leaves is correlated.
+# Distance in pixels over which the noise of compression is correlated.
 LAGS = 4
 
 
@@ -116,7 +116,7 @@ def fit_disc(
     -------
     tuple
         Parameters (11,), residual (rows, columns; nan outside), JᵀJ (11, 11) and whether the
-        iteration settled.
+        iteration converged.
     """
     count = 11 if ring else 10
     p = start.copy()
@@ -235,10 +235,10 @@ def centre_covariance(
             covariance[0, 1] += noise * xy
             if lag_row == 0 and lag_column == 0:
                 white[0, 0], white[0, 1], white[1, 1] = noise * xx, noise * xy, noise * yy
-    # Where the estimate of the correlations happens to be negative, white noise is the least.
+    # An estimate of the correlation may be negative by chance; half of white noise is the least.
     if covariance[0, 0] < 0.5 * white[0, 0] or covariance[1, 1] < 0.5 * white[1, 1]:
         covariance[:] = 0.5 * white
-    # Rounding to whole grey levels is noise as well.
+    # Rounding to whole grey levels adds a variance of 1/12.
     for row in range(rows):
         for column in range(columns):
             covariance[0, 0] += influence[0, row, column] ** 2 / 12.0

@@ -1,4 +1,4 @@
-"""One video from its first used frame to its last: markers found, followed, corrected by hand."""
+"""Markers of one video, located in the first used frame and followed to the last one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from geometry2d.foundation.progress import Progress
-from mocap.tracking.link import Guide, Tracker, TrackingError
+from mocap.tracking.errors import TrackingError
+from mocap.tracking.link import Guide, Tracker
 from mocap.tracking.locate import fit_near, locate_markers
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.tracks import Tracks, TracksError
@@ -29,19 +30,19 @@ def follow(
     given: Tracks | None = None,
     progress: Progress | None = None,
 ) -> Tracks:
-    """Return the tracks of all markers through a video, gaps left open.
+    """Return the tracks of all markers through a video; dropouts stay empty.
 
     Parameters
     ----------
     video
         The recording; frames are decoded once, in order.
     markers
-        What to look for.
+        Names, bodies and rough positions of the markers.
     start_s, end_s
         First and last used instant on the file's own clock, s.
     given
-        Tracks corrected by hand: positions "seen" and "fixed" are kept as they are, "predicted"
-        ones are left to be bridged, everything else is tracked.
+        Tracks corrected by hand. Positions with status "seen" or "fixed" are kept, those with
+        "predicted" stay empty, to be interpolated, and all others are tracked.
     progress
         Called with the share of the announced frames that is decoded.
 
@@ -50,7 +51,7 @@ def follow(
     TrackingError
         If a marker is not found in the first used frame.
     TracksError
-        If the given tracks belong to other markers, frames, times or a larger picture.
+        If the given tracks have other markers, frames or times, or positions off the picture.
     VideoError
         If the video cannot be read.
     """
@@ -60,7 +61,7 @@ def follow(
         guides = _guides(given, frame)
         if tracker is None:
             tracker = _started(frame, markers, guides)
-        tracker.see(frame.index, frame.time_s, frame.image, guides=guides)
+        tracker.process(frame.index, frame.time_s, frame.image, guides=guides)
         if progress is not None:
             announced = video.info.declared_frames
             progress(video.decoded / announced if announced else 0.0, "tracking the markers")
@@ -80,7 +81,7 @@ def follow(
 
 
 def _started(frame: Frame, markers: MarkerFile, guides: dict[str, Guide]) -> Tracker:
-    """Return a tracker that knows each marker from the first frame."""
+    """Return a tracker that starts from the markers located in the first frame."""
     placed = dict(markers.positions_px)
     for name, guide in guides.items():
         if guide.position_px is not None:
@@ -91,7 +92,7 @@ def _started(frame: Frame, markers: MarkerFile, guides: dict[str, Guide]) -> Tra
         bodies=markers.bodies,
         picture=(frame.image.shape[0], frame.image.shape[1]),
         polarity=markers.polarity,
-        fit_near=lambda image, at, look: fit_near(image, at, markers.polarity, look),
+        fit_near=lambda image, at, appearance: fit_near(image, at, markers.polarity, appearance),
     )
 
 
@@ -107,7 +108,7 @@ def _check_names(given: Tracks | None, markers: MarkerFile) -> None:
 
 
 def _guides(given: Tracks | None, frame: Frame) -> dict[str, Guide]:
-    """Return what the corrected tracks say about one frame."""
+    """Return the positions set by hand in one frame, by marker."""
     if given is None:
         return {}
     row = int(np.searchsorted(given.frame, frame.index))
@@ -137,7 +138,7 @@ def _guides(given: Tracks | None, frame: Frame) -> dict[str, Guide]:
 
 
 def _without(tracks: Tracks, distrusted: frozenset[int], given: Tracks | None) -> Tracks:
-    """Return the tracks without what repeated or blended frames show."""
+    """Return the tracks without the detections in repeated or blended frames."""
     rows = np.isin(tracks.frame, list(distrusted))
     drop = rows[:, None] & (tracks.status == "seen")
     if given is not None or not drop.any():

@@ -1,8 +1,8 @@
-"""Which spot is which marker when the file does not say: the layout of a face and a package.
+"""Identification of markers without a given position by the layout of a face and a package.
 
-The person faces right and the package comes from there. The two package marks are the pair that
-lies closest together for its size; ear and nose are the widest pair on the other side, about level;
-jaw markers lie below the line from ear to nose.
+The person faces right, and the package is on the right. The package marks are the pair whose
+distance is least for its size. Ear and nose are the widest pair on the other side, about level. Jaw
+markers lie below the line from ear to nose.
 """
 
 from __future__ import annotations
@@ -12,19 +12,18 @@ import math
 from collections.abc import Mapping, Sequence
 
 from mocap.tracking.detect import Detection
-from mocap.tracking.link import TrackingError
+from mocap.tracking.errors import TrackingError
 from mocap.tracking.markers import DEFAULT_BODIES, MarkerFile
 
-# Distance from ear to nose on a person, mm (adults; generous).
+# Range of the distance from ear to nose of adults, mm, with a wide margin.
 EAR_NOSE_MM = (75.0, 150.0)
-# Radius of a dot or ring that people paste or draw, mm (generous); smaller and larger spots are
-# texture.
+# Range of a marker's radius, mm, with a wide margin; smaller and larger spots are texture.
 DOT_MM = (0.8, 8.0)
-# How unlike each other two marks of one package may be.
+# Largest ratio of sizes and of contrasts of the two marks of a body.
 PAIR_SIZE_RATIO = 1.6
 PAIR_CONTRAST_RATIO = 1.8
 MOST_SPOTS = 40
-# Nobody pastes a dot above the line from ear to nose; on the jaw there may be unnamed ones.
+# Markers are placed below the line from ear to nose, on the jaw, and not above it.
 COST_OF_A_SPOT_ABOVE = 0.15
 
 
@@ -35,25 +34,25 @@ def assign_layout(
     markers: MarkerFile,
     frame: int,
 ) -> dict[str, Detection]:
-    """Return the spot of each sought marker.
+    """Return the spot of each marker that is sought.
 
     Parameters
     ----------
     spots
-        All spots of the picture that look like markers.
+        All spots of the picture that resemble markers.
     known
-        Markers already found.
+        Markers already located.
     sought
-        Those to assign.
+        Names of the markers to assign.
     markers
-        For the distances in mm.
+        The marker file, for distances in mm.
     frame
         Number of the frame, for messages.
 
     Raises
     ------
     TrackingError
-        Saying what was looked for and what was found.
+        If no arrangement of the spots is a face with a package.
     """
     free = [
         spot
@@ -69,8 +68,8 @@ def assign_layout(
         )
     if len(free) < len(sought):
         raise TrackingError(
-            f"frame {frame}: looked for {len(sought)} markers ({', '.join(sought)}) and found "
-            f"{len(free)} round spots; give their positions in [markers], or start at a frame "
+            f"frame {frame}: {len(free)} round spots were found for {len(sought)} markers "
+            f"({', '.join(sought)}); give their positions in [markers], or start at a frame "
             "that shows them with --start"
         )
     best: tuple[float, dict[str, Detection]] | None = None
@@ -85,9 +84,9 @@ def assign_layout(
                 best = (cost, {**package, **head, **jaw})
     if best is None:
         raise TrackingError(
-            f"frame {frame}: {len(free)} round spots were found, but none of their arrangements is "
-            f"a face with a package to its right ({', '.join(sought)} looked for); give the "
-            "positions in [markers]"
+            f"frame {frame}: {len(free)} round spots were found, but no arrangement of them is a "
+            f"face with a package to its right (with {', '.join(sought)}); give the positions in "
+            "[markers]"
         )
     return {name: best[1][name] for name in sought}
 
@@ -95,7 +94,7 @@ def assign_layout(
 def _package_choices(
     free: Sequence[Detection], known: Mapping[str, Detection], sought: Sequence[str]
 ) -> list[dict[str, Detection]]:
-    """Return the possible package pairs, the closest for their size first."""
+    """Return the possible pairs of package marks, by increasing distance over size."""
     lower, upper = known.get("package_lower"), known.get("package_upper")
     lowers = [lower] if lower is not None else list(free)
     uppers = [upper] if upper is not None else list(free)
@@ -120,7 +119,7 @@ def _head_choices(
     package: Mapping[str, Detection],
     markers: MarkerFile,
 ) -> list[dict[str, Detection]]:
-    """Return the possible places of ear and nose to the left of a package pair."""
+    """Return the possible pairs of ear and nose to the left of a pair of package marks."""
     lower, upper = package["package_lower"], package["package_upper"]
     unit = math.hypot(lower.x - upper.x, lower.y - upper.y) / markers.scale_mm["package"]
     rest = [spot for spot in free if spot not in (lower, upper)]
@@ -143,7 +142,10 @@ def _head_choices(
 def _jaw_choice(
     free: Sequence[Detection], chosen: Mapping[str, Detection], sought: Sequence[str]
 ) -> dict[str, Detection] | None:
-    """Return the jaw markers below the line from ear to nose: the back one nearer to the ear."""
+    """Return the jaw markers below the line from ear to nose; jaw_back is nearer to the ear.
+
+    None if there are too few spots.
+    """
     wanted = [name for name in ("jaw_back", "jaw_front") if name in sought]
     if not wanted:
         return {}
@@ -166,7 +168,7 @@ def _jaw_choice(
 
 
 def _spots_above(free: Sequence[Detection], chosen: Mapping[str, Detection]) -> int:
-    """Return how many spots like the ear's lie above the line from ear to nose, on the face."""
+    """Return the number of spots on the face above the line from ear to nose."""
     ear, nose = chosen["ear"], chosen["nose"]
     along = (nose.x - ear.x, nose.y - ear.y)
     length = math.hypot(*along)
@@ -180,7 +182,7 @@ def _spots_above(free: Sequence[Detection], chosen: Mapping[str, Detection]) -> 
 
 
 def _cost(chosen: Mapping[str, Detection], markers: MarkerFile) -> float:
-    """Return how unusual an arrangement is; less is better."""
+    """Return the cost of an arrangement: its distance from usual proportions."""
     lower, upper = chosen["package_lower"], chosen["package_upper"]
     unit = math.hypot(lower.x - upper.x, lower.y - upper.y) / markers.scale_mm["package"]
     ear, nose = chosen["ear"], chosen["nose"]
@@ -191,7 +193,7 @@ def _cost(chosen: Mapping[str, Detection], markers: MarkerFile) -> float:
 
 
 def _sized_like_markers(chosen: Mapping[str, Detection], markers: MarkerFile) -> bool:
-    """Whether all spots are as large as markers are, by the scale of the package's pair."""
+    """Whether all spots have the size of markers, by the scale of the package marks."""
     lower, upper = chosen["package_lower"], chosen["package_upper"]
     unit = math.hypot(lower.x - upper.x, lower.y - upper.y) / markers.scale_mm["package"]
     return all(DOT_MM[0] < spot.radius / unit < DOT_MM[1] for spot in chosen.values())

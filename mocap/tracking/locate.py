@@ -1,4 +1,4 @@
-"""Which marker is which in the first used frame: from rough positions, or from the usual layout."""
+"""Location of each marker in the first used frame, from rough positions or the usual layout."""
 
 from __future__ import annotations
 
@@ -10,37 +10,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap.tracking.detect import Blob, Detection, detect, fit_blob
+from mocap.tracking.errors import TrackingError
 from mocap.tracking.layout import assign_layout
-from mocap.tracking.link import TrackingError
 from mocap.tracking.markers import MarkerFile
 
 Image: TypeAlias = NDArray[np.uint8]
 
-# A rough position may be wrong by this share of the picture's width.
+# Largest error of a rough position, as a share of the picture's longer side, and its least value.
 ROUGH_SHARE = 0.035
 LEAST_SEARCH_PX = 25.0
-# A picture whose brightest and darkest parts differ by less than this shows nothing.
+# Difference of the brightest and the darkest grey level below which a picture shows nothing.
 BLACK_RANGE = 16
 
 
 def locate_markers(image: Image, markers: MarkerFile, frame: int) -> dict[str, Detection]:
-    """Return every marker of the file as found in a picture (height, width).
+    """Return the fit of every marker of the file.
 
     Parameters
     ----------
     image
-        The first used frame.
+        (height, width) grey levels of the first used frame.
     markers
-        Names and rough positions; markers without position are found by the usual layout of face
-        and package.
+        Names and rough positions. Markers without a position are located by the usual layout of
+        face and package.
     frame
         The frame's number, for messages.
 
     Raises
     ------
     TrackingError
-        If a position lies off the picture, if nothing like a marker is near it, or if the layout
-        does not show which spot is which marker.
+        If a position lies off the picture, if no marker is near it, or if the layout does not
+        identify the markers.
     """
     spread = float(np.percentile(image, 99.9)) - float(np.percentile(image, 0.1))
     if spread < BLACK_RANGE:
@@ -60,13 +60,13 @@ def locate_markers(image: Image, markers: MarkerFile, frame: int) -> dict[str, D
 
 
 def fit_near(
-    image: Image, at: tuple[float, float], polarity: str, look: Detection | None
+    image: Image, at: tuple[float, float], polarity: str, appearance: Detection | None
 ) -> Detection | None:
-    """Return the marker nearest to a hand-set position (px), or None if there is none."""
-    if look is not None:
-        blob = Blob(at[0], at[1], look.radius, look.contrast)
-        found = fit_blob(image, blob, ring=look.ring)
-        if found is not None and math.hypot(found.x - at[0], found.y - at[1]) < look.radius:
+    """Return the marker nearest to a position set by hand, px; None if there is none."""
+    if appearance is not None:
+        blob = Blob(at[0], at[1], appearance.radius, appearance.contrast)
+        found = fit_blob(image, blob, ring=appearance.ring)
+        if found is not None and math.hypot(found.x - at[0], found.y - at[1]) < appearance.radius:
             return found
     near = _candidates(image, at, polarity)
     return min(near, key=lambda d: math.hypot(d.x - at[0], d.y - at[1]), default=None)
@@ -77,21 +77,21 @@ def _check_inside(name: str, at: tuple[float, float], image: Image) -> None:
     if not (0 <= at[0] <= width - 1 and 0 <= at[1] <= height - 1):
         raise TrackingError(
             f"[markers] {name} = [{at[0]:g}, {at[1]:g}] lies off the picture of {width} x {height} "
-            "px: give its position in the first used frame, or leave it out to have it looked for"
+            "px: give its position in the first used frame, or leave it out to have it located"
         )
 
 
 def _near_positions(
     image: Image, given: Mapping[str, tuple[float, float]], polarity: str, frame: int
 ) -> dict[str, Detection]:
-    """Return the spot that belongs to each rough position, no spot twice."""
+    """Return the spot of each rough position; no spot is used twice."""
     search = _search_px(image)
     choices = []
     for name, at in given.items():
         for spot in _candidates(image, at, polarity):
             away = math.hypot(spot.x - at[0], spot.y - at[1])
             if away <= search:
-                # Of two spots about as near, the one that stands out more.
+                # Of two spots about as near, the one of higher contrast is taken.
                 choices.append((away / search - abs(spot.contrast) / 512.0, name, spot))
     found: dict[str, Detection] = {}
     for _, name, spot in sorted(choices, key=lambda choice: choice[0]):

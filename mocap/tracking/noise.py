@@ -1,18 +1,18 @@
-"""How noisy tracks really are, from how they tremble in time.
+"""Noise of tracks, estimated from their variation in time.
 
-The fit of one picture cannot know what compression did to it: a block that the encoder copied from
-the frame before fits well and is displaced. Such errors show in time. Of any five neighbouring
-samples the combination that vanishes for every cubic leaves only noise (Winter 2009, §3.4.5 does
-the same with residuals of filters); its spread, robustly taken, is the noise of the track. What it
-exceeds the fit's own standard error by is added to that.
+The fit of one picture does not show what compression did to it: a block that the encoder copied
+from the previous frame fits well and is displaced. Such errors appear in time. The linear
+combination of five neighbouring samples that vanishes for every cubic contains noise only
+(Winter 2009, §3.4.5, does the same with residuals of filters). Its robust standard deviation is the
+noise of the track. The variance by which it exceeds the fit's own is added to that.
 
-Where a marker stands still the encoder repeats its picture and the error with it: nothing trembles,
-yet the error is there. Such stretches are left out of the estimate, and count as one measurement
+At a marker at rest the encoder repeats the picture with its error: there is no variation in time,
+but there is an error. Such intervals are left out of the estimate, and count as one measurement
 when the track is smoothed.
 
-A key frame is compressed without reference to others: nothing in it is copied, and it is quantised
-more finely. The first frame is one, and all angles count from it; holding it for as bad as the
-others would overstate every angle's error.
+A key frame is compressed without reference to other frames: nothing in it is copied, and it is
+quantised more finely. The first frame is one, and all angles count from it. The error of other
+frames would overstate the error of every angle.
 """
 
 from __future__ import annotations
@@ -29,38 +29,38 @@ from mocap.tracking.tracks import Tracks
 Array: TypeAlias = NDArray[np.float64]
 
 NEIGHBOURS = 5
-# A marker's own estimate counts as much as the whole clip's from this many combinations on.
+# Number of combinations at which a marker's own estimate has the same weight as the whole clip's.
 ENOUGH = 20
-# Movement (px) between frames from which on the encoder draws a marker anew, and below which it
-# repeats it.
+# Movement between frames, px, above which the encoder encodes a marker again, and below which it
+# copies it.
 MOVING_PX = 0.3
 STILL_PX = 0.06
 # Variance that compression adds in a key frame over that in other frames: 0.29 ± 0.07 in H.264
-# (twenty drawn clips; those of benchmarks/tracking_accuracy.py serve as the check).
+# (twenty rendered clips; checked on those of benchmarks/tracking_accuracy.py).
 KEY_FRAME_SHARE = 0.3
-# From the median of absolute values of a normal variable to its standard deviation.
+# Median of the absolute value of a standard normal variable.
 NORMAL_MEDIAN = 0.6744897501960817
 
 
-def with_noise_in_time(tracks: Tracks, *, key_frames: Collection[int] = ()) -> Tracks:
-    """Return the tracks with standard errors that cover what trembles in time.
+def with_temporal_noise(tracks: Tracks, *, key_frames: Collection[int] = ()) -> Tracks:
+    """Return the tracks with standard errors that include the noise in time.
 
     Parameters
     ----------
     tracks
-        With the standard errors of the fits; hand-set points keep theirs.
+        With the standard errors of the fits; points set by hand keep theirs.
     key_frames
-        Frames compressed without reference to others. Where most are, as in Motion JPEG, the noise
-        found is their own and they are treated like all others.
+        Frames compressed without reference to others. If most frames are, as in Motion JPEG, the
+        noise is their own, and they are treated like all others.
     """
     excess: list[float] = []
     counts: list[int] = []
     for k in range(len(tracks.names)):
         seen = tracks.status[:, k] == "seen"
         position = tracks.position_px[:, k]
-        left = cubic_free(tracks.time_s, position, seen & moving(position))
+        left = cubic_residuals(tracks.time_s, position, seen & moving(position))
         if left.shape[0] < ENOUGH:
-            left = cubic_free(tracks.time_s, position, seen)
+            left = cubic_residuals(tracks.time_s, position, seen)
         fitted = float(np.median(tracks.sigma_px[seen, k] ** 2)) if seen.any() else 0.0
         counts.append(left.shape[0])
         spread = float(np.median(np.abs(left))) / NORMAL_MEDIAN if left.size else 0.0
@@ -87,9 +87,10 @@ def moving(position: Array) -> NDArray[np.bool_]:
 
 
 def repeats(positions: Array) -> Array:
-    """Return (n,) how many frames share each one's picture, markers (n, m, 2) px standing still.
+    """Return (n,) the number of frames that show the same picture of markers at rest.
 
-    1 where anything moves; in a stretch of L frames in which nothing does, L.
+    ``positions`` are (n, m, 2), px. In an interval of L frames in which no marker moves the number
+    is L; elsewhere it is 1.
     """
     step = np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0)).max(axis=1)
     still = np.nan_to_num(step, nan=np.inf) < STILL_PX
@@ -102,13 +103,15 @@ def repeats(positions: Array) -> Array:
     return count
 
 
-def cubic_free(time: Array, position: Array, seen: NDArray[np.bool_]) -> Array:
-    """Return what is left (m, 2) of five seen samples after any cubic, noise at its own size.
+def cubic_residuals(time: Array, position: Array, seen: NDArray[np.bool_]) -> Array:
+    """Return combinations (m, 2), px, of five samples that vanish for cubics and keep the noise.
+
+    White noise has the same standard deviation in them as in the samples.
 
     Parameters
     ----------
     time, position, seen
-        (n,) times, (n, 2) positions, and where they were measured.
+        (n,) times, s, (n, 2) positions, px, and (n,) where they were measured.
     """
     n = NEIGHBOURS
     rows = [i for i in range(time.size - n + 1) if seen[i : i + n].all()]

@@ -1,9 +1,9 @@
-"""Lost markers found again: whole bodies are looked for, not single spots.
+"""Identification of lost markers, body by body.
 
-Spots that look right are combined into hypotheses, one place (or none) for each lost marker of a
-body. A hypothesis must keep the body's distances and its rough direction; the best set of
-hypotheses, no spot used twice, is taken. A lone spot is believed only so near to where it was
-expected that it cannot be another marker of the same body.
+Candidate spots are combined into hypotheses: one spot, or none, for each lost marker of a body. A
+hypothesis must keep the body's distances and approximately its direction. Of all sets of hypotheses
+that use no spot twice, the one of least cost is taken. A single spot is accepted only so near to
+its expected position that it cannot be another marker of the same body.
 """
 
 from __future__ import annotations
@@ -15,14 +15,15 @@ from dataclasses import dataclass
 
 from mocap.tracking.detect import Detection
 
-# A body's distances may change by this share, plus two pixels, while its markers are not seen.
+# Largest relative change of a body's distances during a dropout, to which two pixels are added.
 DISTANCE_SHARE = 0.08
-# It may turn by this much (rad), plus this much for every second.
+# Largest rotation of a body during a dropout: a constant (rad) and a rate (rad/s).
 TURN = 0.5
 TURN_PER_S = 4.0
-# Not finding a marker costs as much as finding it this far (in gates) from where it should be.
-COST_OF_NONE = 1.3
-# A lone spot must be nearer to its place than this share of the distance to its lost neighbour.
+# Cost of a marker that is not found: that of a spot at this distance, in gates.
+COST_OF_MISSING = 1.3
+# Largest distance of a single spot from its expected position, as a share of the distance between
+# the marker and a lost one of its body.
 LONE_SHARE = 0.35
 MOST_HYPOTHESES = 24
 MOST_CANDIDATES = 8
@@ -31,25 +32,39 @@ Hypothesis = dict[str, Detection]
 
 
 @dataclass(frozen=True)
-class Lost:
-    """A marker that is looked for: where it should be (px), how far off at most, what is there."""
+class LostMarker:
+    """A lost marker.
+
+    Attributes
+    ----------
+    name, body
+        The marker and its body.
+    expected
+        Its expected position, px.
+    gate_px
+        Largest distance from there, px.
+    dropout_s
+        Time since it was last detected, s.
+    candidates
+        The spots there.
+    """
 
     name: str
     body: str | None
     expected: tuple[float, float]
     gate_px: float
-    gap_s: float
+    dropout_s: float
     candidates: tuple[Detection, ...]
 
 
 @dataclass(frozen=True)
 class MarkerVectors:
-    """Vectors (px) between markers when both were last seen."""
+    """Vectors between markers of a body, px, when both were last detected."""
 
     px: Mapping[tuple[str, str], tuple[float, float]]
 
     def between(self, one: str, other: str) -> tuple[float, float] | None:
-        """Return the vector from one marker to another, if it was ever seen."""
+        """Return the vector from one marker to another, px; None if it is not known."""
         if (one, other) in self.px:
             return self.px[one, other]
         if (other, one) in self.px:
@@ -58,26 +73,26 @@ class MarkerVectors:
         return None
 
 
-def found_again(
-    lost: Sequence[Lost],
+def reidentified(
+    lost: Sequence[LostMarker],
     seen: Mapping[str, Detection],
     bodies: Mapping[str, str | None],
     vectors: MarkerVectors,
 ) -> dict[str, Detection]:
-    """Return the lost markers that can be told with confidence.
+    """Return the lost markers that are identified with confidence.
 
     Parameters
     ----------
     lost
-        Markers looked for.
+        The lost markers.
     seen
-        Markers found in this picture already.
+        Markers already detected in this picture.
     bodies
         The body of each marker.
     vectors
-        How the markers of a body lie to each other.
+        The vectors between the markers of a body.
     """
-    groups: dict[str, list[Lost]] = {}
+    groups: dict[str, list[LostMarker]] = {}
     for marker in lost:
         groups.setdefault(marker.body or f"alone: {marker.name}", []).append(marker)
     choices = []
@@ -95,7 +110,7 @@ def found_again(
 
 
 def _hypotheses(
-    markers: Sequence[Lost], mates: Mapping[str, Detection], vectors: MarkerVectors
+    markers: Sequence[LostMarker], mates: Mapping[str, Detection], vectors: MarkerVectors
 ) -> Iterator[tuple[float, Hypothesis]]:
     """Yield the admissible hypotheses about one body with their costs."""
     options = []
@@ -106,13 +121,13 @@ def _hypotheses(
         chosen = {m.name: s for m, s in zip(markers, spots, strict=True) if s is not None}
         if not _all_apart(list(chosen.values()), []):
             continue
-        gap = max(marker.gap_s for marker in markers)
+        gap = max(marker.dropout_s for marker in markers)
         if not _keeps_shape(chosen, mates, vectors, gap):
             continue
         if not mates and len(chosen) == 1 and not _beyond_doubt(markers, chosen, vectors):
             continue
         cost = sum(
-            COST_OF_NONE if s is None else (_away(m, s) / m.gate_px) ** 2
+            COST_OF_MISSING if s is None else (_away(m, s) / m.gate_px) ** 2
             for m, s in zip(markers, spots, strict=True)
         )
         yield cost, chosen
@@ -122,9 +137,9 @@ def _keeps_shape(
     chosen: Mapping[str, Detection],
     mates: Mapping[str, Detection],
     vectors: MarkerVectors,
-    gap_s: float,
+    dropout_s: float,
 ) -> bool:
-    """Whether all distances within a body are what they were, and no pair has turned too far."""
+    """Whether all distances within a body are kept and no pair has turned too far."""
     everyone = {**mates, **chosen}
     for one, other in itertools.combinations(everyone, 2):
         usual = vectors.between(one, other)
@@ -135,15 +150,15 @@ def _keeps_shape(
         if abs(now - length) > DISTANCE_SHARE * length + 2.0:
             return False
         turn = math.atan2(usual[0] * dy - usual[1] * dx, usual[0] * dx + usual[1] * dy)
-        if abs(turn) > TURN + TURN_PER_S * gap_s:
+        if abs(turn) > TURN + TURN_PER_S * dropout_s:
             return False
     return True
 
 
 def _beyond_doubt(
-    markers: Sequence[Lost], chosen: Mapping[str, Detection], vectors: MarkerVectors
+    markers: Sequence[LostMarker], chosen: Mapping[str, Detection], vectors: MarkerVectors
 ) -> bool:
-    """Whether a lone spot is near enough to its place to be no other marker of its body."""
+    """Whether a single spot is too near to its expected position to be another marker."""
     (name, spot), *_ = chosen.items()
     marker = next(m for m in markers if m.name == name)
     for other in markers:
@@ -153,12 +168,12 @@ def _beyond_doubt(
     return True
 
 
-def _away(marker: Lost, spot: Detection) -> float:
+def _away(marker: LostMarker, spot: Detection) -> float:
     return math.hypot(spot.x - marker.expected[0], spot.y - marker.expected[1])
 
 
 def overlap(one: Detection, other: Detection) -> bool:
-    """Whether two detections are one spot."""
+    """Whether two detections are the same spot."""
     return math.hypot(one.x - other.x, one.y - other.y) < 0.7 * (one.radius + other.radius)
 
 

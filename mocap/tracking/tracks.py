@@ -1,4 +1,4 @@
-"""Tracks: where each marker was in each frame, with its standard error and how that is known."""
+"""Tracks: position, standard error and status of each marker in each frame."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ class Tracks:
     names
         The m markers.
     position_px, sigma_px
-        (n, m, 2) and (n, m): where each is and the standard error of a coordinate; nan if lost.
+        (n, m, 2) positions and (n, m) standard error of a coordinate, px; nan if lost.
     status
-        (n, m): "seen", "predicted" (bridged), "lost", or "fixed" (set by hand).
+        (n, m): "seen", "predicted" (interpolated), "lost", or "fixed" (set by hand).
     ellipse
-        (n, m, 3) entries xx, xy, yy of the symmetric G whose |G (x − c)| = 1 is the edge of a
-        marker that was fitted, 1/px, nan elsewhere; None where no picture was seen, as in a file.
+        (n, m, 3) entries xx, xy, yy of the symmetric matrix G, 1/px, of each fit: |G (x − c)| = 1
+        is the edge of the marker. nan where there is no fit; None for tracks from a file.
     """
 
     frame: NDArray[np.int_]
@@ -66,17 +66,25 @@ class Tracks:
         return self.position_px[:, k], self.sigma_px[:, k]
 
     def known(self, name: str) -> NDArray[np.bool_]:
-        """Return (n,) where a marker's position was measured or set by hand."""
+        """Return (n,) whether a marker's position was measured or set by hand."""
         status = self.status[:, self.names.index(name)]
         known: NDArray[np.bool_] = (status == "seen") | (status == "fixed")
         return known
 
-    def bridged(self, *, longest_s: float = 1.0, acceleration_px: float | None = None) -> Tracks:
-        """Return the tracks with gaps between sightings filled by cubic curves.
+    def interpolated(
+        self, *, longest_s: float = 1.0, acceleration_px: float | None = None
+    ) -> Tracks:
+        """Return the tracks with their dropouts interpolated by cubic curves.
 
-        The standard error of a bridged point is that of a motion with random acceleration pinned at
-        both ends of the gap; gaps longer than ``longest_s`` stay empty. The acceleration (px/s²) is
-        estimated from each track unless given.
+        The standard error of an interpolated point is that of a motion with random acceleration
+        that is known at both ends of the dropout.
+
+        Parameters
+        ----------
+        longest_s
+            Dropouts longer than this, s, stay empty.
+        acceleration_px
+            Standard deviation of the acceleration, px/s²; None: estimated from each track.
         """
         position, sigma = self.position_px.copy(), self.sigma_px.copy()
         status = self.status.copy()
@@ -85,11 +93,11 @@ class Tracks:
             acceleration = acceleration_px or _usual_acceleration(
                 self.time_s[known], position[known, k]
             )
-            for first, last in _gaps(known):
+            for first, last in _dropouts(known):
                 if self.time_s[last] - self.time_s[first] > longest_s:
                     continue
                 inside = np.arange(first + 1, last)
-                points, spread = _bridge(
+                points, spread = _interpolation(
                     self.time_s, position[:, k], sigma[:, k], (first, last), known, acceleration
                 )
                 position[inside, k], sigma[inside, k] = points, spread
@@ -218,14 +226,14 @@ def _places(table: NamedTable) -> tuple[Array, Array]:
     return np.column_stack([x, y]), sigma
 
 
-def _gaps(known: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return (last known before, first known after) of every gap between known samples."""
+def _dropouts(known: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the indices of the last known sample before and the first one after each dropout."""
     at = np.flatnonzero(known)
     return [(int(a), int(b)) for a, b in itertools.pairwise(at) if b - a > 1]
 
 
 def _usual_acceleration(time: Array, position: Array) -> float:
-    """Return a large but usual acceleration (px/s²) of a track, from its second differences."""
+    """Return the 90th percentile of a track's acceleration, px/s², from its second differences."""
     if time.size < 4:
         return 1000.0
     velocity = np.diff(position, axis=0) / np.diff(time)[:, None]
@@ -233,20 +241,20 @@ def _usual_acceleration(time: Array, position: Array) -> float:
     return float(max(np.percentile(np.abs(change), 90), 20.0))
 
 
-def _bridge(
+def _interpolation(
     time: Array,
     position: Array,
     sigma: Array,
-    gap: tuple[int, int],
+    dropout: tuple[int, int],
     known: NDArray[np.bool_],
     acceleration: float,
 ) -> tuple[Array, Array]:
-    """Return positions and standard errors inside a gap from cubic Hermite interpolation.
+    """Return positions and standard errors inside a dropout by cubic Hermite interpolation.
 
     End velocities come from up to three known samples on each side. The error is that of random
-    acceleration with both ends pinned: about acceleration · τ²(T − τ)²/(…T²), largest mid-gap.
+    acceleration with both ends known; it is largest in the middle of the dropout.
     """
-    first, last = gap
+    first, last = dropout
     ends = []
     for at, step in ((first, -1), (last, 1)):
         near = [at + step * k for k in range(3)]

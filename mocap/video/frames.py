@@ -1,8 +1,8 @@
-"""Frames of a video in the order they are shown, with their times: the only reader of videos.
+"""Frames of a video in display order, with their times. Only this module reads videos.
 
-Files are decoded from the first frame on and never sought in, because seeking lands on the wrong
-frame in many real files. Times are the container's presentation times. Images are turned as the
-file's rotation flag says and are the luminance in 8 bit: that is what markers are found in.
+A file is decoded from its first frame on, without seeking: seeking lands on the wrong frame in many
+real files. Times are the container's presentation times. An image is the 8-bit luminance, in which
+markers are detected, rotated as the file's rotation flag asks.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from mocap.video.times import Timing, TimingMonitor
 
 Image: TypeAlias = NDArray[np.uint8]
 
-# A file that announces more frames than it holds by this share was cut short.
+# A file that holds fewer frames than it announces by more than this share was cut short.
 TRUNCATED_SHARE = 0.1
 
 
@@ -31,11 +31,26 @@ class VideoError(DrinksimError):
 
 @dataclass(frozen=True)
 class VideoInfo:
-    """What a file says about its picture, before any frame is decoded.
+    """Picture format of a file.
 
-    ``width`` and ``height`` (px) are those of the picture as shown, ``rotation_deg`` how far it was
-    turned counter-clockwise for that; ``pixel_aspect`` is the width of a pixel over its height;
-    ``declared_frames`` is 0 where the container does not say.
+    Attributes
+    ----------
+    path
+        The file.
+    width, height
+        Size of the displayed picture, px.
+    codec
+        Name of the codec.
+    declared_frames
+        Number of frames that the container announces; 0 if it announces none.
+    declared_rate
+        Frame rate that the container announces, frames/s; 0 if it announces none.
+    rotation_deg
+        Rotation of the stored picture for display, counter-clockwise, degrees.
+    pixel_aspect
+        Width of a pixel over its height.
+    interlaced
+        Whether the file declares its pictures as interlaced.
     """
 
     path: Path
@@ -51,7 +66,19 @@ class VideoInfo:
 
 @dataclass(frozen=True)
 class Frame:
-    """One picture: its number in the file, its time (s) and its luminance (height, width)."""
+    """One picture of a video.
+
+    Attributes
+    ----------
+    index
+        Number of the frame in the file.
+    time_s
+        Presentation time, s.
+    image
+        (height, width) luminance, 8 bit.
+    colour
+        Returns the picture in colour: (height, width, 3), blue, green, red.
+    """
 
     index: int
     time_s: float
@@ -60,20 +87,20 @@ class Frame:
 
 
 class Video:
-    """A video file that was opened and whose first frame could be decoded.
+    """A video file whose first frame can be decoded.
 
     Parameters
     ----------
     path
         The file.
     fps
-        The rate at which the camera captured (frames/s) where the file is played slower, as in slow
-        motion; times are scaled by the file's own rate over this one. None: the file's times.
+        Capture rate of the camera, frames/s, for a file that plays slower, as in slow motion. Times
+        are scaled by the file's own rate over this one. None: the file's times.
 
     Raises
     ------
     VideoError
-        If there is no file, no picture in it, or none that can be decoded.
+        If the file is missing, or holds no picture that can be decoded.
     """
 
     def __init__(self, path: Path | str, *, fps: float | None = None) -> None:
@@ -89,28 +116,28 @@ class Video:
 
     @property
     def key_frames(self) -> frozenset[int]:
-        """Those of the used frames read so far that were compressed without reference to others."""
+        """Frames read so far that are compressed without reference to other frames."""
         return frozenset(self._key_frames)
 
     @property
     def timing(self) -> Timing:
-        """What the frames read so far say about times: gaps, repeated and blended frames."""
+        """Timing of the frames read so far: gaps, repeated, blended and interlaced frames."""
         return replace(self._monitor.timing(), frames_in_file=self._frames_in_file)
 
     @property
     def announced_frames(self) -> int:
-        """Number of frames that the file says it holds, fields counted singly; 0 if it does not."""
+        """Number of frames that the file announces, each field counted as one; 0 if none."""
         return self.info.declared_frames * (2 if self.info.interlaced else 1)
 
     def frames(
         self, *, start_s: float | None = None, end_s: float | None = None
     ) -> Iterator[Frame]:
-        """Yield the frames shown from ``start_s`` to ``end_s`` (s on the file's own clock).
+        """Yield the frames from ``start_s`` to ``end_s``, s on the file's own clock.
 
         Raises
         ------
         VideoError
-            If the file breaks off, if times do not increase, or if no frame lies in the interval.
+            If the file is cut short, times do not increase, or no frame lies in the interval.
         """
         self._monitor = TimingMonitor()
         self._key_frames.clear()
@@ -127,8 +154,8 @@ class Video:
                 break
             if shown_s <= last:
                 raise VideoError(
-                    f"{self.path}: frame {index} is shown at {shown_s:.6f} s, not after the frame "
-                    f"before it ({last:.6f} s): write the file anew with increasing times"
+                    f"{self.path}: frame {index} is shown at {shown_s:.6f} s, not after the "
+                    f"previous frame ({last:.6f} s): write the file again with increasing times"
                 )
             last = shown_s
             frame = self._frame(index, first + (shown_s - first) * stretch, picture)
@@ -147,7 +174,7 @@ class Video:
             )
 
     def _probe(self) -> VideoInfo:
-        """Open the file, decode one frame and return what it says about itself."""
+        """Open the file, decode one frame and return the picture format."""
         with self._opened() as container:
             stream = self._picture_stream(container)
             try:
@@ -156,7 +183,7 @@ class Video:
                 raise VideoError(
                     f"{self.path}: its {stream.codec_context.name} picture cannot be decoded "
                     f"({error.strerror}): the file is damaged or cut short; copy it again, or "
-                    "write it anew as H.264, for instance with 'ffmpeg -i IN -c:v libx264 OUT.mp4'"
+                    "convert it to H.264, for example with 'ffmpeg -i IN -c:v libx264 OUT.mp4'"
                 ) from None
             if picture is None:
                 raise VideoError(
@@ -167,8 +194,8 @@ class Video:
             turned = picture.rotation % 360
             if turned % 90:
                 raise VideoError(
-                    f"{self.path}: is to be shown turned by {turned}°; only quarter turns are "
-                    "supported: write the picture out upright"
+                    f"{self.path}: its rotation flag is {turned}°; only multiples of 90° are "
+                    "supported: write the file again with an upright picture"
                 )
             width, height = picture.width, picture.height
             aspect = float(stream.sample_aspect_ratio or 1)
@@ -189,7 +216,13 @@ class Video:
             )
 
     def _opened(self) -> Any:
-        """Open the container, in words that help if it cannot be."""
+        """Return the open container.
+
+        Raises
+        ------
+        VideoError
+            If the file is missing, empty or no video.
+        """
         if not self.path.exists():
             raise VideoError(f"{self.path}: no such video; check the path")
         if self.path.is_dir():
@@ -200,32 +233,38 @@ class Video:
             return av.open(str(self.path))
         except av.error.FFmpegError as error:
             raise VideoError(
-                f"{self.path}: is not a video that can be read ({error.strerror}); a recording cut "
-                "short while copying looks like this: copy it again"
+                f"{self.path}: is not a video that can be read ({error.strerror}); a file that was "
+                "cut short while copying looks like this: copy it again"
             ) from None
 
     def _picture_stream(self, container: Any) -> Any:
-        """Return the picture stream, or say what the file holds instead."""
+        """Return the picture stream.
+
+        Raises
+        ------
+        VideoError
+            If the file holds no picture stream or its codec is unknown.
+        """
         if not container.streams.video:
             held = sorted({str(stream.type) for stream in container.streams})
             if not held:
                 raise VideoError(
                     f"{self.path}: is an empty container without any frame, as a camera leaves "
-                    "that was stopped at once; copy or record it again"
+                    "behind if it is stopped at once; copy or record it again"
                 )
             raise VideoError(f"{self.path}: holds no picture, only {' and '.join(held)}")
         stream = container.streams.video[0]
         if stream.codec_context is None:
             raise VideoError(
-                f"{self.path}: its picture is in a codec that is not known here; write it anew as "
-                "H.264, for instance with 'ffmpeg -i IN -c:v libx264 OUT.mp4'"
+                f"{self.path}: the codec of its picture is unknown; convert it to H.264, for "
+                "example with 'ffmpeg -i IN -c:v libx264 OUT.mp4'"
             )
         stream.thread_type = "AUTO"
         return stream
 
     @staticmethod
     def _progressive(stream: Any, container: Any) -> Iterator[Any]:
-        """Yield whole pictures; an interlaced frame becomes two, one for each field."""
+        """Yield progressive pictures; an interlaced frame becomes two, one for each field."""
         graph = None
         for picture in container.decode(stream):
             if graph is None and picture.interlaced_frame:
@@ -263,7 +302,7 @@ class Video:
                 ) from None
 
     def _check_complete(self) -> None:
-        """Refuse a file that ended well before the number of frames it announces."""
+        """Raise VideoError if the file ends well before the number of frames it announces."""
         declared = self.announced_frames
         if self.decoded < (1 - TRUNCATED_SHARE) * declared:
             raise VideoError(
@@ -273,7 +312,7 @@ class Video:
             )
 
     def _time_stretch(self) -> float:
-        """Return seconds of real time per second of the file's clock."""
+        """Return seconds of real time per second on the file's clock."""
         if self.fps is None:
             return 1.0
         rate = self.info.declared_rate * (2 if self.info.interlaced else 1)
@@ -293,7 +332,7 @@ class Video:
 
 
 def luminance(picture: Any) -> Image:
-    """Return the brightness (height, width) of a decoded picture, 8 bit, copied only if need be."""
+    """Return the luminance (height, width), 8 bit, of a decoded picture; a view where possible."""
     name = picture.format.name
     if name.startswith(("yuv", "nv", "gray")) and picture.format.components[0].bits == 8:
         plane = picture.planes[0]
@@ -305,7 +344,7 @@ def luminance(picture: Any) -> Image:
 
 
 def _pulled(graph: Any) -> Iterator[Any]:
-    """Yield the pictures that a filter has ready."""
+    """Yield the pictures that a filter graph has finished."""
     while True:
         try:
             yield graph.pull()

@@ -1,14 +1,14 @@
-"""What the frames of a video say about their own times.
+"""Timing of the frames of a video: gaps, repeated and blended frames, undeclared interlacing.
 
-Gaps, repeated and blended frames, and two instants in one picture (interlacing that the file does
-not announce). The last shows as a comb: where something moves, rows of alternate fields differ
-more than rows of the same field. With ``a`` and ``b`` the differences of a row from the rows above
-and below it, the rows of the same field differ by ``a − b``, and
+Undeclared interlacing shows two instants in one picture, which appears combed: where something
+moves, rows of different fields differ more than rows of the same field. Let ``a`` and ``b`` be the
+differences of a row from the rows above and below it. The rows above and below belong to the same
+field and differ by ``a − b``. The ratio
 
     C = Σ (a² + b²)/2 / Σ (a − b)²
 
-over the moving pixels is 1/4 on smooth shades and edges, 1 in white noise and for a lone bright
-row, and larger only for what alternates from row to row.
+over the moving pixels is 1/4 on smooth shades and edges, 1 in white noise and at a single bright
+row. It is larger only where rows alternate.
 """
 
 from __future__ import annotations
@@ -20,41 +20,56 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-# Every n-th pixel each way is enough to see whether two pictures are the same.
+# Every STRIDE-th row and column is enough to compare two pictures.
 STRIDE = 7
-# Repeated frames change this much less than those around them.
+# A repeated frame changes less than the frames around it by this factor.
 REPEAT_RATIO = 0.1
-# The same picture is shown this often again at most; longer, and the scene may stand still.
+# Most repetitions of one picture in a row; a longer run may show a scene at rest.
 LONGEST_REPEAT = 3
-# Share of the change across a frame that a mixture of its neighbours leaves unexplained: at most
-# this in a blended frame, at least that in the frames around it (else the motion is too slow for
-# the middle picture of three to differ from a mixture), and the former clearly below the latter.
+# Share of the change across a frame that the best mixture of its neighbours leaves unexplained. It
+# is at most BLEND_RATIO in a blended frame and at least MOVING_RATIO in the frames around it; in a
+# slower motion every frame is nearly a mixture of its neighbours. The former is also smaller than
+# the latter by the factor BLEND_CONTRAST.
 BLEND_RATIO = 0.1
 MOVING_RATIO = 0.15
 BLEND_CONTRAST = 0.3
-# Brightness (grey levels, mean of four rows) has to change by this where something moves, and at
-# this many of the looked-at pixels, for a comb to be looked for: every STRIDE-th column is.
+# A pixel moves if its grey level, as a mean of four rows, changes by COMB_CHANGE. The comb ratio
+# needs COMB_PIXELS moving pixels among every STRIDE-th column.
 COMB_CHANGE = 12
 COMB_PIXELS = 100
-# A picture is combed from this C on; noise alone reaches 1. A clip is, from this share of the
-# pictures in which something moves on (two of five are where films were made into television).
+# A picture is combed if C exceeds COMBED; noise alone reaches 1. A clip is combed if this share of
+# its moving pictures is, and at least COMBED_LEAST. Telecine combs two of five.
 COMBED = 1.2
 COMBED_SHARE = 0.1
 COMBED_LEAST = 3
-# Intervals may differ by this share before the rate is called variable.
+# Relative difference of intervals from which the frame rate is variable.
 RATE_TOLERANCE = 0.02
-# Mean change of brightness below which nothing moves and no judgement is possible.
+# Mean change of the grey level below which nothing moves and repetition cannot be judged.
 STILL = 0.05
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Findings about the frames that were read; frame numbers are those of the file.
+    """Timing of the frames that were read; frame numbers are those of the file.
 
-    ``repeated`` frames show what the frame before showed, ``blended`` ones a mixture of both
-    neighbours; ``dropped`` are (frame after the gap, frames missing before it). ``combed`` frames
-    show two instants in alternate rows; none are listed unless the clip as a whole is combed.
-    ``frames_in_file`` is None unless the file was read to its end.
+    Attributes
+    ----------
+    frames
+        Number of frames.
+    first_s, last_s, median_interval_s
+        Times of the first and last frame and the median interval, s.
+    variable_rate
+        Whether the intervals vary.
+    repeated
+        Frames that show the previous frame's picture.
+    blended
+        Frames that show a mixture of their two neighbours.
+    dropped
+        Pairs: the frame after missing frames, and how many are missing before it.
+    combed
+        Frames that show two instants in alternate rows; empty unless the clip as a whole is combed.
+    frames_in_file
+        Number of frames in the file; None unless the file was read to its end.
     """
 
     frames: int
@@ -70,21 +85,21 @@ class Timing:
 
     @property
     def distrusted(self) -> frozenset[int]:
-        """Frames whose picture does not show what was there at their time."""
+        """Frames whose picture does not show the scene at their time."""
         return frozenset(self.repeated) | frozenset(self.blended)
 
     def warnings(self) -> list[str]:
-        """Return one sentence for each finding a reader must know."""
+        """Return one sentence for each finding."""
         sentences = []
         if self.repeated:
             sentences.append(
-                f"{_counted(self.repeated, 'repeats', 'repeat')} what was shown before: "
-                "markers are bridged there, not used"
+                f"{_counted(self.repeated, 'repeats', 'repeat')} the previous picture: markers "
+                "are interpolated there"
             )
         if self.blended:
             sentences.append(
-                f"{_counted(self.blended, 'mixes its', 'mix their')} neighbours: markers are "
-                "bridged there, not used"
+                f"{_counted(self.blended, 'is a mixture', 'are mixtures')} of the neighbouring "
+                "frames: markers are interpolated there"
             )
         if self.dropped:
             missing = sum(count for _, count in self.dropped)
@@ -95,8 +110,8 @@ class Timing:
         if self.combed:
             sentences.append(
                 f"{_counted(self.combed, 'shows', 'show')} two instants in alternate rows: the "
-                "picture is interlaced and the file does not say so; markers that move are less "
-                "sure than stated. Separate the fields first, for instance with "
+                "picture is interlaced and the file does not say so; the errors of moving markers "
+                "are larger than stated. Separate the fields first, for example with "
                 "'ffmpeg -i IN -vf bwdif=mode=send_field OUT.mp4'"
             )
         if self.variable_rate:
@@ -106,7 +121,7 @@ class Timing:
 
 @dataclass
 class TimingMonitor:
-    """Collects times and coarse pictures while a video is read, in memory of a few pictures."""
+    """Collects the timing while a video is read; it keeps a few pictures in memory."""
 
     _indices: list[int] = field(default_factory=list)
     _times: list[float] = field(default_factory=list)
@@ -117,7 +132,7 @@ class TimingMonitor:
     _columns: NDArray[np.int16] | None = None
 
     def see(self, index: int, time_s: float, image: NDArray[np.uint8]) -> None:
-        """Take note of one frame: its number, its time (s) and its picture."""
+        """Record one frame: its number, time (s) and picture (height, width)."""
         coarse = image[::STRIDE, ::STRIDE].astype(np.float32)
         self._indices.append(index)
         self._times.append(time_s)
@@ -133,7 +148,7 @@ class TimingMonitor:
         self._columns = columns
 
     def timing(self) -> Timing:
-        """Return the findings about the frames seen so far."""
+        """Return the timing of the frames recorded so far."""
         times = np.array(self._times)
         intervals = np.diff(times)
         typical = float(np.median(intervals)) if intervals.size else float("nan")
@@ -186,10 +201,10 @@ class TimingMonitor:
 
 @dataclass(frozen=True)
 class _Mixture:
-    """How well a frame is a mixture of its neighbours.
+    """The mixture of a frame's neighbours that comes nearest to it.
 
-    ``share`` is that of the later one in the best mixture; ``left`` the part of the change across
-    the frame that it leaves unexplained, 0 where too little moves to say.
+    ``share`` is the share of the later neighbour. ``left`` is the share of the change across the
+    frame that the mixture leaves unexplained, 0 if too little moves.
     """
 
     share: float
@@ -199,7 +214,7 @@ class _Mixture:
 def _mixture(
     before: NDArray[np.float32], middle: NDArray[np.float32], after: NDArray[np.float32]
 ) -> _Mixture:
-    """Return how well ``middle`` is a mixture, judged where the picture changes clearly."""
+    """Return the best mixture for ``middle``, fitted to the pixels that change clearly."""
     change = after - before
     moving = np.abs(change) > 12
     if moving.sum() < 20:
@@ -211,9 +226,9 @@ def _mixture(
 
 
 def _comb(before: NDArray[np.int16], now: NDArray[np.int16]) -> float:
-    """Return C of the module's formula for a picture's columns; nan where too little moves.
+    """Return the ratio C of the module docstring for some columns; nan if too little moves.
 
-    What moves is told from four rows together, two of each field, lest noise choose the pixels.
+    A pixel moves if the mean of four rows changes, two of each field: noise does not select it.
     """
     if now.shape[0] < 4:
         return math.nan

@@ -21,7 +21,7 @@ from typing import Any, NoReturn, cast
 from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress, progress_line
 from mocap.convert import ConvertOptions
-from mocap.tracking.markers import EXAMPLE
+from mocap.tracking.marker_file import EXAMPLE
 from scenarios.results.quantities import ELEMENT_FIELDS
 from scenarios.settings.scenario import (
     Recording,

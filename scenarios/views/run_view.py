@@ -13,7 +13,7 @@ from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidMotion
 from mocap.motion.motion import Motion
 from mocap.motion.picture import PictureScale
-from mocap.tracking.markers import read_markers
+from mocap.tracking.marker_file import read_markers
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import Recording, read_scenario
 from scenarios.settings.tables import nearest

@@ -17,11 +17,11 @@ from mocap.formats.exchange import read_positions
 from mocap.measurement import measure
 from mocap.motion.motion import Motion
 from mocap.motion.scale import PictureFormat
+from mocap.tracking.errors import TrackingError
 from mocap.tracking.follow import follow
-from mocap.tracking.link import TrackingError
 from mocap.tracking.locate import locate_markers
-from mocap.tracking.markers import read_markers
-from mocap.tracking.noise import with_noise_in_time
+from mocap.tracking.marker_file import read_markers
+from mocap.tracking.noise import with_temporal_noise
 from mocap.video.frames import Video
 
 ROOT = Path(__file__).parents[2]
@@ -131,7 +131,7 @@ def test_the_style_of_the_other_recordings(name: str, style: str) -> None:
     """As their scripts say, but for DC-F, whose upper lip lies on the rim: that cannot be told."""
     folder = SIP.parent / name
     markers, film = read_markers(folder / "markers.toml"), Video(folder / "recording.mp4")
-    tracks = with_noise_in_time(follow(film, markers), key_frames=film.key_frames).bridged()
+    tracks = with_temporal_noise(follow(film, markers), key_frames=film.key_frames).interpolated()
     measured = measure(tracks, markers, PictureFormat(film.info.width, film.info.height))
     found = measured.motion.drinking(measured.lip)
     assert found.style == style
@@ -212,7 +212,7 @@ def test_a_video_without_face_and_package_is_refused_in_words(
         convert(recorded("projectile/projetil.mp4"), markers, out=tmp_path / "out")
     message = str(caught.value)
     assert "round spots were found" in message
-    assert "ear, nose, package_lower, package_upper looked for" in message
+    assert "(with ear, nose, package_lower, package_upper)" in message
     assert not (tmp_path / "out").exists()
 
 
@@ -249,12 +249,12 @@ def test_bottles_without_markers_are_refused_wherever_the_clip_starts(
     wanted = read_markers(markers)
     for frame in Video(bottles).frames():
         if frame.index % 20 == 0:
-            with pytest.raises(TrackingError, match=r"package_upper.* looked for|looked for 4"):
+            with pytest.raises(TrackingError, match=r"package_upper\)|for 4 markers"):
                 locate_markers(frame.image, wanted, frame.index)
     with pytest.raises(TrackingError) as caught:
         convert(bottles, markers, out=tmp_path / "out")
     assert "frame 0: 7 round spots were found" in str(caught.value)
-    assert "ear, nose, package_lower, package_upper looked for" in str(caught.value)
+    assert "(with ear, nose, package_lower, package_upper)" in str(caught.value)
     assert [path.name for path in tmp_path.iterdir()] == ["markers.toml"]
 
 

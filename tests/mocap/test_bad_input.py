@@ -145,7 +145,7 @@ CASES: dict[str, tuple[Callable[[Path], Inputs], str]] = {
     ),
     "cut short": (cut_short, r"in\.mp4: (cannot be decoded after frame \d+|announces 14 frames)"),
     "index lost": (without_index, r"in\.mp4: is not a video that can be read.*cut short"),
-    "unknown codec": (unknown_codec, r"in\.mp4: .*codec that is not known here; write it anew"),
+    "unknown codec": (unknown_codec, r"in\.mp4: .*the codec of its picture is unknown; convert it"),
     "sound only": (sound_only, r"in\.mp4: holds no picture, only audio"),
     "no frames": (
         lambda folder: no_frames(folder, "in.avi", "mpeg4"),
@@ -167,7 +167,7 @@ CASES: dict[str, tuple[Callable[[Path], Inputs], str]] = {
     "markers never visible": (never_visible, r"\w+: no dark or light spot of its own within"),
     "no face and no package": (
         lambda folder: replace(never_visible(folder), markers=without_positions(folder).markers),
-        r"frame 0: looked for 4 markers \(ear, nose, package_lower, package_upper\) and found 0",
+        r"frame 0: 0 round spots were found for 4 markers \(ear, nose, package_lower, ",
     ),
     "markers visible once": (
         visible_once,

@@ -23,7 +23,8 @@ from mocap.motion.scale import (
 )
 from mocap.motion.smooth import SmoothingError, inverse_band, smoothed
 from mocap.synthetic.rendering import Camera, Lens
-from mocap.tracking.markers import Intrinsics, PlanePoints, read_markers
+from mocap.tracking.marker_file import read_markers
+from mocap.tracking.markers import Intrinsics, PlanePoints
 from mocap.tracking.tracks import Tracks
 
 SHAPE = np.array([[0.0, 0.0], [102.0, 12.0], [40.0, -55.0]])

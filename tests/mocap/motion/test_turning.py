@@ -16,8 +16,8 @@ from mocap.motion.scale import PictureFormat
 from mocap.motion.turning import Cause, Flattening, flattening
 from mocap.synthetic.rendering import Scene, SceneBody
 from mocap.tracking.follow import follow
-from mocap.tracking.markers import read_markers
-from mocap.tracking.noise import with_noise_in_time
+from mocap.tracking.marker_file import read_markers
+from mocap.tracking.noise import with_temporal_noise
 from mocap.video.frames import Video
 from mocap.views.summary import summary
 from tests.support.clips import Clip
@@ -92,7 +92,7 @@ def measured(folder: Path, **changes: Callable[[float], float]) -> tuple[Measure
     )
     video, markers, truths = clip.write(folder)
     file, film = read_markers(markers), Video(video)
-    tracks = with_noise_in_time(follow(film, file), key_frames=film.key_frames).bridged()
+    tracks = with_temporal_noise(follow(film, file), key_frames=film.key_frames).interpolated()
     picture = PictureFormat(clip.width, clip.height)
     found = measure(tracks, file, picture)
     report = summary(film.info, film.timing, file, found, picture)

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mocap.tracking.markers import EXAMPLE, MarkerFileError, read_markers
+from mocap.tracking.marker_file import EXAMPLE, read_markers
+from mocap.tracking.markers import MarkerFileError
 
 GOOD = """
 [scale]

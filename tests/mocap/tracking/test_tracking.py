@@ -15,10 +15,11 @@ from mocap.measurement import Measurement, measure
 from mocap.motion.errors import MotionError
 from mocap.motion.scale import PictureFormat
 from mocap.synthetic.rendering import Truth, write_recording
+from mocap.tracking.errors import TrackingError
 from mocap.tracking.follow import follow
-from mocap.tracking.link import TrackingError
-from mocap.tracking.markers import MarkerFileError, read_markers
-from mocap.tracking.noise import with_noise_in_time
+from mocap.tracking.marker_file import read_markers
+from mocap.tracking.markers import MarkerFileError
+from mocap.tracking.noise import with_temporal_noise
 from mocap.tracking.tracks import Tracks, TracksError, read_tracks
 from mocap.video.frames import Video
 from mocap.views.overlay import draw_frame
@@ -39,7 +40,7 @@ def tracked(clip: Clip) -> tuple[Tracks, Measurement, list[Truth]]:
     file = read_markers(markers)
     film = Video(video)
     raw = follow(film, file)
-    tracks = with_noise_in_time(raw, key_frames=film.key_frames).bridged()
+    tracks = with_temporal_noise(raw, key_frames=film.key_frames).interpolated()
     picture = PictureFormat(film.info.width, film.info.height)
     return tracks, measure(tracks, file, picture), truths
 
@@ -221,7 +222,7 @@ def test_points_for_some_frames_only_are_honoured_and_filled_in_between(tmp_path
         f"8,{tracks.time_s[8]:.6f},nose,{nose[8, 0] + 1.5:.3f},{nose[8, 1]:.3f},0.3,fixed\n"
         f"20,{tracks.time_s[20]:.6f},nose,{nose[20, 0]:.3f},{nose[20, 1] - 1.2:.3f},,fixed\n"
     )
-    found = follow(Video(video), read_markers(markers), given=given_tracks(path)).bridged()
+    found = follow(Video(video), read_markers(markers), given=given_tracks(path)).interpolated()
     k = found.names.index("nose")
     np.testing.assert_allclose(found.position_px[8, k], nose[8] + [1.5, 0], atol=1e-3)
     np.testing.assert_allclose(found.position_px[20, k], nose[20] - [0, 1.2], atol=1e-3)

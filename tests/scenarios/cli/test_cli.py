@@ -116,7 +116,7 @@ def test_what_a_conversion_warns_of_is_said_on_screen(
     video, markers, out = tmp_path / "v.mp4", sip / "markers.toml", tmp_path / "out"
     assert main(["convert", str(video), "--markers", str(markers), "--out", str(out)]) == 0
     said = capsys.readouterr().err.splitlines()
-    assert any("frame 15 repeats what was shown before" in line for line in said)
+    assert any("frame 15 repeats the previous picture" in line for line in said)
     warnings = json.loads((out / "summary.json").read_text(encoding="utf-8"))["warnings"]
     assert said == [f"drinksim: warning: {warning}" for warning in warnings]
 
