@@ -30,7 +30,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fem2d.solvers.march import StepSettings
+from fem2d.solvers.step_control import StepSettings
 from scenarios.results.increment import Increment, SectionModel
 from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import library_names, read_scenario

@@ -41,9 +41,11 @@ from fem2d.loads.load import Load
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material
 from fem2d.materials.neo_hookean import NeoHookean
+from fem2d.solvers.commit import Commit
 from fem2d.solvers.linear import fastest_solver
-from fem2d.solvers.march import Commit, StepSettings, march
+from fem2d.solvers.march import march
 from fem2d.solvers.model import Model
+from fem2d.solvers.step_control import StepSettings
 from geometry2d.rigid import RigidMotion
 from tests.support.squeezed_block import squeezed
 

@@ -27,11 +27,13 @@ from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.loads.load import Load
 from fem2d.loads.tie import ElasticTie
+from fem2d.solvers.commit import Commit
 from fem2d.solvers.linear import fastest_solver
-from fem2d.solvers.march import Commit, MarchStatus, StepSettings, march
+from fem2d.solvers.march import MarchStatus, march
 from fem2d.solvers.model import Model
 from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.state import State
+from fem2d.solvers.step_control import StepSettings
 from geometry2d.mesh import polygon_mesh
 from tests.support.contact_models import (
     LIP_PRESS,

@@ -28,6 +28,7 @@ from fem2d.contact.laws import (
     pressure_of_gap,
     traction_of_slip,
 )
+from fem2d.contact.search import DEFAULT_SEARCH, SearchSettings
 from geometry2d.compiled import compiled
 from geometry2d.outline import Outline, project_point
 from geometry2d.rigid import UNMOVED, RigidPlacement, rotated
@@ -43,9 +44,6 @@ SURELY_OPEN_MM = 0.1
 
 POINTS_TO_LOOK_AT = 9
 """Gauss points of an edge at which its penetration is told."""
-
-ENTRY_TRIALS = 3
-"""Trials of false position for where a point enters an outline; the first is exact for a line."""
 
 
 @dataclass(frozen=True)
@@ -143,6 +141,8 @@ class RigidContact:
         The law of the pressure.
     moving
         Whether the rigid body is moved by the load, or stands still.
+    search
+        How it is told where a point enters the outline.
     name
         What reports call this contact.
     """
@@ -152,6 +152,7 @@ class RigidContact:
     friction: FrictionLaw
     normal: NormalLaw
     moving: bool
+    search: SearchSettings
     name: str
     within_elements: ClassVar[bool] = True
 
@@ -163,6 +164,7 @@ class RigidContact:
         friction: FrictionLaw | float = DEFAULT_FRICTION,
         normal: NormalLaw = DEFAULT_NORMAL,
         moving: bool = True,
+        search: SearchSettings = DEFAULT_SEARCH,
         name: str = "rigid contact",
     ) -> None:
         law = friction if isinstance(friction, FrictionLaw) else FrictionLaw(friction)
@@ -172,6 +174,7 @@ class RigidContact:
             ("friction", law),
             ("normal", normal),
             ("moving", moving),
+            ("search", search),
             ("name", name),
         ):
             object.__setattr__(self, key, value)
@@ -224,6 +227,7 @@ class RigidContact:
             self.outline.breaks,
             self._box,
             self._gap_offset,
+            self.search.entry_trials,
         )
         return replace(state, body_position=met.reshape(state.body_position.shape))
 
@@ -386,6 +390,7 @@ def _where_met(
     breaks: Array,
     box: Array,
     gap_offset: Array,
+    entry_trials: int,
 ) -> Array:
     """Return where points (n, 2) that go straight from ``before`` to ``after`` enter the outline.
 
@@ -404,7 +409,7 @@ def _where_met(
         if beginning <= 0.0:
             continue
         outside, gap_outside, inside, gap_inside = 0.0, beginning, 1.0, end
-        for _ in range(ENTRY_TRIALS):
+        for _ in range(entry_trials):
             share = outside + (inside - outside) * gap_outside / (gap_outside - gap_inside)
             met[i, 0], met[i, 1] = x + share * (end_x - x), y + share * (end_y - y)
             gap = project_point(met[i, 0], met[i, 1], start, curvature, centre, breaks)[0]

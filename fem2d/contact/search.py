@@ -6,36 +6,80 @@ the deformed places of their nodes, first, last and, on quadratic ones, middle.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fem2d.contact.rigid import ENTRY_TRIALS
 from geometry2d.compiled import compiled
+from geometry2d.foundation.settings import setting
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-
-FACING_COSINE = -0.25
-"""Surfaces face each other if the cosine between their outward normals is below this."""
-
-BEHIND_MM = 0.05
-"""What lay farther than this behind a point at a committed instant, mm, and farther than anything
-that had come through its edge, is the other side of its own tissue."""
-
-SHARPEST_TIP_RAD = 0.25
-"""Two edges that share a node and enclose so little tissue or less do not: they are the sides of a
-crease whose bottom has closed a little too far."""
-
-SHORTEST_SEGMENT = 1e-7
-"""Segments shorter than this share of an edge get no points."""
 
 NONE = -1
 """No edge is met."""
 
 GROUP = 16
 """So many edges that follow one another have a common box, looked at before each one's own."""
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How surfaces are looked for, and where contact begins.
+
+    Parameters
+    ----------
+    entry_trials
+        Trials of false position for where a point enters what it meets within a step; the first is
+        exact where gaps change linearly.
+    facing_cosine
+        Deformable surfaces face each other if the cosine between their outward normals is below.
+    behind_mm
+        What lay farther than this behind a point at a committed instant, mm, and farther than
+        anything that had come through its edge, is the other side of its own tissue.
+    sharpest_tip_rad
+        Two edges that share a node and enclose so little tissue or less, rad, do not: they are the
+        sides of a crease whose bottom has closed a little too far.
+    shortest_segment
+        Segments shorter than this share of an edge get no points.
+    """
+
+    entry_trials: int = setting(
+        default=3,
+        minimum=1,
+        maximum=50,
+        description="trials of false position for where a point enters what it meets in a step",
+    )
+    facing_cosine: float = setting(
+        default=-0.25,
+        minimum=-1.0,
+        maximum=1.0,
+        description="surfaces face each other if the cosine between their normals is below",
+    )
+    behind_mm: float = setting(
+        default=0.05,
+        unit="mm",
+        above=0.0,
+        description="what lay farther behind a point before a step is no surface that came through",
+    )
+    sharpest_tip_rad: float = setting(
+        default=0.25,
+        unit="rad",
+        minimum=0.0,
+        maximum=3.0,
+        description="neighbouring edges enclose tissue if its angle is larger",
+    )
+    shortest_segment: float = setting(
+        default=1e-7,
+        above=0.0,
+        maximum=0.1,
+        description="shortest segment of an edge that is integrated, over the edge",
+    )
+
+
+DEFAULT_SEARCH = SearchSettings()
 
 
 class Sides(NamedTuple):
@@ -51,12 +95,19 @@ class Sides(NamedTuple):
         How far from a surface others are looked for, mm.
     same_surface
         Whether a surface may touch itself.
+    entry_trials, facing_cosine, behind_mm, sharpest_tip_rad, shortest_segment
+        As of `SearchSettings`.
     """
 
     edges: Index
     owner: Index
     reach_mm: float
     same_surface: bool
+    entry_trials: int
+    facing_cosine: float
+    behind_mm: float
+    sharpest_tip_rad: float
+    shortest_segment: float
 
 
 @compiled
@@ -185,7 +236,7 @@ def _nearest(
     """Return edge, local coordinate and gap of what a ray meets nearest to its point, if any."""
     met, met_local, gap = NONE, 0.0, np.inf
     tx, ty = -ny, nx
-    behind = BEHIND_MM + depth
+    behind = sides.behind_mm + depth
     for at in range(near_count):
         e = near[at]
         x0, y0 = deformed[e, 0, 0] - x, deformed[e, 0, 1] - y
@@ -209,7 +260,7 @@ def _nearest(
             if ax * (x1 - x0) + ay * (y1 - y0) <= 0.0:
                 continue  # it runs back there, as in `_runs_back`
             facing = (ay * nx - ax * ny) / np.hypot(ax, ay)
-            if facing >= FACING_COSINE or _form_tip(sides.edges, before, e, home):
+            if facing >= sides.facing_cosine or _form_tip(sides, before, e, home):
                 continue
             if g < -behind and _distance_before(before, home, local, e, xi) < -behind:
                 continue
@@ -260,7 +311,7 @@ def first_touches(
             gap_outside = (met_x - x) * nx + (met_y - y) * ny
             if gap_outside <= 0.0:
                 continue
-        for _ in range(ENTRY_TRIALS):
+        for _ in range(sides.entry_trials):
             share = outside + (inside - outside) * gap_outside / (gap_outside - gap_inside)
             now = before + share * (after - before)
             boxes, groups = _boxes(now)
@@ -296,11 +347,12 @@ def _roots(square: float, linear: float, constant: float) -> tuple[float, float]
 
 
 @compiled
-def _form_tip(edges: Index, before: Array, one: int, other: int) -> bool:
+def _form_tip(sides: Sides, before: Array, one: int, other: int) -> bool:
     """Whether two edges share a node and enclose tissue there, less than a half turn of it.
 
     If one of them runs back at that node, no angle can be told, and they count as if they did.
     """
+    edges = sides.edges
     if edges[one, 1] == edges[other, 0]:
         first, second = one, other
     elif edges[other, 1] == edges[one, 0]:
@@ -312,7 +364,7 @@ def _form_tip(edges: Index, before: Array, one: int, other: int) -> bool:
     if _runs_back(before, first, nx, ny) or _runs_back(before, second, mx, my):
         return True
     turned = np.arctan2(nx * my - ny * mx, nx * mx + ny * my)
-    tip: bool = 0.0 <= turned < np.pi - SHARPEST_TIP_RAD
+    tip: bool = 0.0 <= turned < np.pi - sides.sharpest_tip_rad
     return tip
 
 
@@ -350,7 +402,7 @@ def segment_ends(deformed: Array, sides: Sides) -> Array:
                     ax, ay = d0 * x0 + d1 * x1 + dm * xm, d0 * y0 + d1 * y1 + dm * ym
                     s += (rx * ax + ry * ay) / (ax * ax + ay * ay)
                 if (
-                    SHORTEST_SEGMENT < s < 1 - SHORTEST_SEGMENT
+                    sides.shortest_segment < s < 1 - sides.shortest_segment
                     and rx * rx + ry * ry < sides.reach_mm * sides.reach_mm
                 ):
                     found.append((float(e), s))

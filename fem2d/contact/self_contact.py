@@ -29,7 +29,7 @@ where they were at the committed instant: what has come through lay in front the
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -48,8 +48,9 @@ from fem2d.contact.laws import (
     traction_of_slip,
 )
 from fem2d.contact.search import (
+    DEFAULT_SEARCH,
     NONE,
-    SHORTEST_SEGMENT,
+    SearchSettings,
     Sides,
     edge_point,
     first_touches,
@@ -180,6 +181,8 @@ class SelfContact:
         penetration.
     same_surface
         Whether a surface may touch itself, as in a crease.
+    search
+        How surfaces are looked for.
     name
         What reports call this contact.
 
@@ -195,6 +198,7 @@ class SelfContact:
     normal: NormalLaw
     reach_mm: float
     same_surface: bool
+    search: SearchSettings
     name: str
     edges: Index = field(init=False, repr=False)
     """(m, k) node indices of all surfaces' edges."""
@@ -214,6 +218,7 @@ class SelfContact:
         normal: NormalLaw = DEFAULT_NORMAL,
         reach_mm: float = 0.5,
         same_surface: bool = False,
+        search: SearchSettings = DEFAULT_SEARCH,
         name: str = "self-contact",
     ) -> None:
         for key, value in (
@@ -222,6 +227,7 @@ class SelfContact:
             ("normal", normal),
             ("reach_mm", reach_mm),
             ("same_surface", same_surface),
+            ("search", search),
             ("name", name),
         ):
             object.__setattr__(self, key, value)
@@ -259,7 +265,9 @@ class SelfContact:
 
     @cached_property
     def _sides(self) -> Sides:
-        return Sides(self.edges, self.owner, self.reach_mm, self.same_surface)
+        return Sides(
+            self.edges, self.owner, self.reach_mm, self.same_surface, *astuple(self.search)
+        )
 
     def initial_state(self, displacement: Array, placement: RigidPlacement) -> SelfContactState:
         """Return the points chosen at ``displacement`` (n, 2), mm; no friction acts yet."""
@@ -489,7 +497,7 @@ class SelfContact:
         same = owner[1:] == owner[:-1]
         width = np.diff(place)[same]
         begin, carrier = place[:-1][same], owner[:-1][same]
-        kept = width > SHORTEST_SEGMENT
+        kept = width > self.search.shortest_segment
         begin, width, carrier = begin[kept], width[kept], carrier[kept]
         local = begin[:, None] + width[:, None] * gauss
         share = width[:, None] * gauss_weight

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,6 @@ from fem2d.solvers.linear import DirectSolver, SingularMatrixError
 from geometry2d.foundation.settings import setting
 
 Array = NDArray[np.float64]
-
-LINE_SEARCH_TRIALS = 7
-"""Places tried along one step: each costs an evaluation of forces, a new step three times that."""
-
-STEP_RESIDUAL = 1e-5
-"""What a step may leave of the forces that it is to balance: far less than their being nonlinear
-leaves, and single precision mostly gets there without being refined."""
 
 
 class NewtonStatus(Enum):
@@ -48,6 +41,27 @@ class NewtonSettings:
         Most iterations before giving up.
     patience
         Iterations in which the unbalanced forces must halve; else the solve has stalled.
+    step_residual
+        What a step may leave of the forces that it is to balance, relative to the largest: far less
+        than their being nonlinear leaves, and single precision mostly gets there without being
+        refined.
+    predictor_residual
+        The same of the predictor of a step. No later step corrects it: points that it brings to a
+        rigid body start to stick where it says.
+    good_step, fair_step
+        A step is taken whole if it leaves at most this share of the unbalanced forces: the first
+        if it leads downhill, the second if it leads uphill.
+    damping
+        Share of a step that is taken once the forces no longer shrink.
+    search_trials
+        Places tried along one step: each costs an evaluation of forces, a new step three times
+        that.
+    search_work
+        The search along a step ends where at most this share of its work is left.
+    search_retreat
+        Share of the way to the nearest inadmissible place that is tried next.
+    search_margin
+        The next place along a step keeps this share of the bracket away from its ends.
     """
 
     tolerance: float = setting(
@@ -70,6 +84,57 @@ class NewtonSettings:
         minimum=1,
         maximum=1000,
         description="iterations within which the unbalanced forces must halve",
+    )
+    step_residual: float = setting(
+        default=1e-5,
+        above=0.0,
+        maximum=0.1,
+        description="forces that the linear system of a step may leave, over the largest",
+    )
+    predictor_residual: float = setting(
+        default=1e-9,
+        above=0.0,
+        maximum=0.1,
+        description="forces that the linear system of the predictor may leave, over the largest",
+    )
+    good_step: float = setting(
+        default=0.5,
+        above=0.0,
+        maximum=1.0,
+        description="a step that leaves no larger share of the unbalanced forces is taken whole",
+    )
+    fair_step: float = setting(
+        default=0.9,
+        above=0.0,
+        maximum=1.0,
+        description="the same for a step along which the forces do positive work",
+    )
+    damping: float = setting(
+        default=0.5,
+        above=0.0,
+        maximum=1.0,
+        description="share of a step that is taken once the forces no longer shrink",
+    )
+    search_trials: int = setting(
+        default=7, minimum=1, maximum=100, description="largest number of places tried along a step"
+    )
+    search_work: float = setting(
+        default=0.7,
+        above=0.0,
+        maximum=1.0,
+        description="share of the work of a step that may be left where its search ends",
+    )
+    search_retreat: float = setting(
+        default=0.3,
+        above=0.0,
+        maximum=1.0,
+        description="share of the way towards an inadmissible place that is tried next",
+    )
+    search_margin: float = setting(
+        default=0.1,
+        above=0.0,
+        maximum=0.5,
+        description="share of the searched stretch that the next place keeps from its ends",
     )
 
 
@@ -177,9 +242,8 @@ def solve(
     further
         m, how many of the unknowns are no displacements.
     """
-    bordered = BorderedSolver(solver)
-    at = start
-    balance = balance_at(at)
+    newton = _Newton(balance_at, BorderedSolver(solver), settings)
+    at, balance = start, balance_at(start)
     norms = [_norm(balance)]
 
     def ended(status: NewtonStatus) -> tuple[NewtonResult, SomeBalance]:
@@ -190,106 +254,125 @@ def solve(
 
     if not np.isfinite(norms[0]):
         return ended(NewtonStatus.INADMISSIBLE)
-    if norms[0] <= _wanted(balance, settings):
+    if norms[0] <= newton.wanted(balance):
         return ended(NewtonStatus.CONVERGED)
     for _ in range(settings.iterations):
-        damped = len(norms) > 4 and norms[-1] > 0.5 * norms[-3]
-        # With the tangent of the last iterate the forces shrink again by about twice the ratio
-        # by which they shrank on the way here; if that is enough, no new factors are needed.
-        again = len(norms) > 1 and 4 * norms[-1] ** 2 < _wanted(balance, settings) * norms[-2]
         try:
-            found = _repeated(balance_at, at, balance, bordered) if again else None
-            if found is None:
-                found = _next_iterate(balance_at, at, balance, bordered, damped)
+            found = newton.next(at, balance, norms)
         except SingularMatrixError:
             return ended(NewtonStatus.SINGULAR)
         if found is None:
             return ended(NewtonStatus.INADMISSIBLE)
         at, balance = found
         norms.append(_norm(balance))
-        if norms[-1] <= _wanted(balance, settings):
+        if norms[-1] <= newton.wanted(balance):
             return ended(NewtonStatus.CONVERGED)
-        if len(norms) > settings.patience and min(norms[-settings.patience :]) > 0.5 * min(
-            norms[: -settings.patience]
-        ):
+        if _stalled(norms, settings.patience):
             return ended(NewtonStatus.STALLED)
     return ended(NewtonStatus.TOO_MANY_ITERATIONS)
 
 
-def _repeated(
-    balance_at: Callable[[Array], SomeBalance],
-    at: Array,
-    balance: SomeBalance,
-    solver: BorderedSolver,
-) -> tuple[Array, SomeBalance] | None:
-    """Return where the step of the last factors leads; None if it does not halve the forces."""
-    whole = at - solver.solve(balance.residual, residual=STEP_RESIDUAL)
-    there = balance_at(whole)
-    return (whole, there) if _norm(there) < 0.5 * _norm(balance) else None
+@dataclass(frozen=True)
+class _Newton(Generic[SomeBalance]):
+    """One iteration of the method, and what it needs."""
 
+    balance_at: Callable[[Array], SomeBalance]
+    solver: BorderedSolver
+    settings: NewtonSettings
 
-def _next_iterate(
-    balance_at: Callable[[Array], SomeBalance],
-    at: Array,
-    balance: SomeBalance,
-    solver: BorderedSolver,
-    damped: bool,
-) -> tuple[Array, SomeBalance] | None:
-    """Return where one step leads, and the balance there; None if no place is admissible."""
-    solver.factorise(balance.tangent(False))
-    step = -solver.solve(balance.residual, residual=STEP_RESIDUAL)
-    work = work_of(balance.residual, step)
-    whole = at + step
-    there = balance_at(whole)
-    if _norm(there) < (0.5 if work < 0 else 0.9) * _norm(balance):
-        return whole, there
-    uphill = work >= 0
-    if uphill:
-        solver.factorise(balance.tangent(True))
-        step = -solver.solve(balance.residual, residual=STEP_RESIDUAL)
+    def wanted(self, balance: Balance) -> float:
+        """Return the unbalanced nodal force that is good enough, N."""
+        return self.settings.tolerance * max(balance.force_scale, self.settings.force_floor_n)
+
+    def next(
+        self, at: Array, balance: SomeBalance, norms: Sequence[float]
+    ) -> tuple[Array, SomeBalance] | None:
+        """Return the next iterate and the balance there; None if no place is admissible."""
+        # With the tangent of the last iterate the forces shrink again by about twice the ratio
+        # by which they shrank on the way here; if that is enough, no new factors are needed.
+        if len(norms) > 1 and 4 * norms[-1] ** 2 < self.wanted(balance) * norms[-2]:
+            found = self._repeated(at, balance)
+            if found is not None:
+                return found
+        damped = len(norms) > 4 and norms[-1] > 0.5 * norms[-3]
+        return self._step(at, balance, damped)
+
+    def _solution(self, balance: Balance) -> Array:
+        step: Array = -self.solver.solve(balance.residual, residual=self.settings.step_residual)
+        return step
+
+    def _repeated(self, at: Array, balance: SomeBalance) -> tuple[Array, SomeBalance] | None:
+        """Return where the step of the last factors leads; None if it is no good one."""
+        whole = at + self._solution(balance)
+        there = self.balance_at(whole)
+        good = _norm(there) < self.settings.good_step * _norm(balance)
+        return (whole, there) if good else None
+
+    def _step(
+        self, at: Array, balance: SomeBalance, damped: bool
+    ) -> tuple[Array, SomeBalance] | None:
+        """Return where one step leads, and the balance there; None if no place is admissible."""
+        settings = self.settings
+        self.solver.factorise(balance.tangent(False))
+        step = self._solution(balance)
         work = work_of(balance.residual, step)
-    if damped:
-        step, work = 0.5 * step, 0.5 * work
-    if uphill or damped:
-        there = balance_at(at + step)
-    return _along(balance_at, at, balance, step, work, there)
+        whole = at + step
+        there = self.balance_at(whole)
+        uphill = work >= 0
+        enough = settings.fair_step if uphill else settings.good_step
+        if _norm(there) < enough * _norm(balance):
+            return whole, there
+        if uphill:
+            self.solver.factorise(balance.tangent(True))
+            step = self._solution(balance)
+            work = work_of(balance.residual, step)
+        if damped:
+            step, work = settings.damping * step, settings.damping * work
+        if uphill or damped:
+            there = self.balance_at(at + step)
+        return self._along(at, balance, step, work, there)
 
+    def _along(
+        self, at: Array, balance: SomeBalance, step: Array, work: float, there: SomeBalance
+    ) -> tuple[Array, SomeBalance] | None:
+        """Return how far to go along a step, and the balance there; None if nowhere is admissible.
 
-def _along(
-    balance_at: Callable[[Array], SomeBalance],
-    at: Array,
-    balance: SomeBalance,
-    step: Array,
-    work: float,
-    there: SomeBalance,
-) -> tuple[Array, SomeBalance] | None:
-    """Return how far to go along a step, and the balance there; None if no place is admissible.
+        ``work`` is that of the residual on the step where it starts, ``there`` the balance at its
+        end.
+        """
+        settings = self.settings
+        share, below, work_below = 1.0, 0.0, work
+        above = work_above = np.inf
+        norm = _norm(balance)
+        for trial in range(settings.search_trials):
+            if trial > 0:
+                there = self.balance_at(at + share * step)
+            norm_there = _norm(there)
+            if not np.isfinite(norm_there):
+                above, work_above = share, np.inf
+                share = below + settings.search_retreat * (share - below)
+                continue
+            work_there = work_of(there.residual, step)
+            last = trial == settings.search_trials - 1
+            little = abs(work_there) <= settings.search_work * abs(work)
+            if last or little or norm_there < settings.good_step * norm:
+                return at + share * step, there
+            if work_there < 0:
+                if share == 1.0:
+                    return at + step, there
+                below, work_below = share, work_there
+            else:
+                above, work_above = share, work_there
+            share = self._between(below, work_below, above, work_above)
+        return None
 
-    ``work`` is that of the residual on the step where it starts, ``there`` the balance at its end.
-    """
-    share, below, work_below = 1.0, 0.0, work
-    above = work_above = np.inf
-    norm = _norm(balance)
-    for trial in range(LINE_SEARCH_TRIALS):
-        if trial > 0:
-            there = balance_at(at + share * step)
-        norm_there = _norm(there)
-        if not np.isfinite(norm_there):
-            above, work_above = share, np.inf
-            share = below + 0.3 * (share - below)
-            continue
-        work_there = work_of(there.residual, step)
-        last = trial == LINE_SEARCH_TRIALS - 1
-        if last or abs(work_there) <= 0.7 * abs(work) or norm_there < 0.5 * norm:
-            return at + share * step, there
-        if work_there < 0:
-            if share == 1.0:
-                return at + step, there
-            below, work_below = share, work_there
-        else:
-            above, work_above = share, work_there
-        share = _between(below, work_below, above, work_above)
-    return None
+    def _between(self, below: float, work_below: float, above: float, work_above: float) -> float:
+        """Return where the work would vanish if it were linear, kept off the bracket's ends."""
+        if not np.isfinite(work_above) or work_above == work_below:
+            return 0.5 * (below + above)
+        margin = self.settings.search_margin
+        secant = -work_below / (work_above - work_below)
+        return below + float(np.clip(secant, margin, 1 - margin)) * (above - below)
 
 
 def work_of(force: Array, displacement: Array) -> float:
@@ -301,17 +384,9 @@ def work_of(force: Array, displacement: Array) -> float:
     return float(np.sum(force * displacement.ravel()))
 
 
-def _wanted(balance: Balance, settings: NewtonSettings) -> float:
-    """Return the unbalanced nodal force that is good enough, N."""
-    return settings.tolerance * max(balance.force_scale, settings.force_floor_n)
-
-
-def _between(below: float, work_below: float, above: float, work_above: float) -> float:
-    """Return where the work would vanish if it were linear, kept off the ends of the bracket."""
-    if not np.isfinite(work_above) or work_above == work_below:
-        return 0.5 * (below + above)
-    secant = -work_below / (work_above - work_below)
-    return below + float(np.clip(secant, 0.1, 0.9)) * (above - below)
+def _stalled(norms: Sequence[float], patience: int) -> bool:
+    """Whether the forces have not halved within so many iterations."""
+    return len(norms) > patience and min(norms[-patience:]) > 0.5 * min(norms[:-patience])
 
 
 def _norm(balance: Balance) -> float:

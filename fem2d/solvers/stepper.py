@@ -26,10 +26,6 @@ from fem2d.threads import ONE_THREAD, Threads
 
 Array = NDArray[np.float64]
 
-PREDICTOR_RESIDUAL = 1e-9
-"""Smaller than Newton's steps may leave, because no later step corrects it: points that the
-predictor brings to a rigid body start to stick where it says."""
-
 
 class Stepper:
     """Tries steps of a model.
@@ -142,7 +138,7 @@ def attempt(
         here, load, state, duration_s, bodies_still=True, body=body, threads=threads
     )
     prediction, _ = predicted(
-        balance, balance.forces, load, solver=solver, residual=PREDICTOR_RESIDUAL
+        balance, balance.forces, load, solver=solver, residual=newton.predictor_residual
     )
 
     def solved(start: Array) -> Trial:

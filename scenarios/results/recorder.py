@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.loads.load import Load
-from fem2d.solvers.march import Commit
+from fem2d.solvers.commit import Commit
 from fem2d.solvers.stability import Passage, passages_with
 from fem2d.solvers.state import State
 from geometry2d.rigid import RigidPlacement, rotated

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fem2d.contact.rigid import rigid_responses
 from fem2d.contact.self_contact import self_responses
-from fem2d.solvers.march import Commit
+from fem2d.solvers.commit import Commit
 from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.stability import Instability, Passage
 from scenarios.results.quantities import HISTORY, LIPS

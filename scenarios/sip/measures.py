@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fem2d.body.surface import Surface
 from fem2d.contact.rigid import RigidContact, RigidContactResponse, rigid_responses
-from fem2d.solvers.march import Commit
+from fem2d.solvers.commit import Commit
 from fem2d.solvers.stability import Passage
 from geometry2d.rigid import rotated
 from scenarios.results.increment import ContactField, Measured

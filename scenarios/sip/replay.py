@@ -13,10 +13,12 @@ import numpy as np
 
 from fem2d.contact.rigid import rigid_contacts, rigid_responses
 from fem2d.loads.load import Load
+from fem2d.solvers.commit import Commit
 from fem2d.solvers.linear import fastest_solver
-from fem2d.solvers.march import Commit, MarchResult, MarchStatus, StepSettings, march
+from fem2d.solvers.march import MarchResult, MarchStatus, march
 from fem2d.solvers.model import Model
 from fem2d.solvers.state import State
+from fem2d.solvers.step_control import StepSettings
 from geometry2d.foundation.progress import Progress
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from scenarios.results import messages

@@ -16,11 +16,13 @@ from fem2d.contact.rigid import RigidContact
 from fem2d.loads.load import Load, Loading
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
+from fem2d.solvers.commit import Commit
 from fem2d.solvers.linear import fastest_solver
-from fem2d.solvers.march import Commit, MarchStatus, StepSettings, march
+from fem2d.solvers.march import MarchStatus, march
 from fem2d.solvers.model import Model
 from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.state import State
+from fem2d.solvers.step_control import StepSettings
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, rotated
 

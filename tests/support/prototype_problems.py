@@ -33,10 +33,12 @@ from fem2d.contact.self_contact import SelfContact
 from fem2d.loads.load import Load
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
+from fem2d.solvers.commit import Commit
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import fastest_solver
-from fem2d.solvers.march import Commit, MarchResult, StepSettings, march
+from fem2d.solvers.march import MarchResult, march
 from fem2d.solvers.model import Model
+from fem2d.solvers.step_control import StepSettings
 from geometry2d.mesh import block_mesh, polygon_mesh
 from geometry2d.neck import neck_section
 from geometry2d.outline import Outline

@@ -8,8 +8,9 @@ import pytest
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.loads.load import Load
 from fem2d.solvers.linear import Pardiso, SuperLu, fastest_solver
-from fem2d.solvers.march import PREDICTOR_ERROR_LIMIT, MarchStatus, StepSettings, march
+from fem2d.solvers.march import MarchStatus, march
 from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.step_control import StepSettings
 from fem2d.solvers.stepper import attempt
 from geometry2d.rigid import RigidMotion, rotated
 from tests.support.contact_models import FINE, LIP_PRESS, followed, force_on_tissue, lip_press, path
@@ -200,7 +201,7 @@ def test_a_step_that_errs_in_its_foresight_is_taken_again_in_shorter_ones():
             newton=FINE, on_commit=commits.append,
         )  # fmt: skip
         assert result.status is MarchStatus.FINISHED
-        wrong = [c.newton.predictor_error_mm > PREDICTOR_ERROR_LIMIT * aim for c in commits]
+        wrong = [c.newton.predictor_error_mm > StepSettings().snap_errors * aim for c in commits]
         return result, [c for c, surprising in zip(commits, wrong, strict=True) if surprising]
 
     accepted, followed_anyhow = surprises(np.inf)

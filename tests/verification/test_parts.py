@@ -18,8 +18,9 @@ from fem2d.loads.tie import ElasticTie
 from fem2d.solvers.components import component_of_node, components_of
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import SuperLu, fastest_solver
-from fem2d.solvers.march import MarchStatus, StepSettings, march
+from fem2d.solvers.march import MarchStatus, march
 from fem2d.solvers.model import Model
+from fem2d.solvers.step_control import StepSettings
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
 from tests.support.contact_models import FINE, block, linear_elastic

@@ -14,9 +14,11 @@ from fem2d.body.kinematics import Plane
 from fem2d.contact.self_contact import self_responses
 from fem2d.loads.load import Load
 from fem2d.materials.library import configuration
+from fem2d.solvers.commit import Commit
 from fem2d.solvers.linear import fastest_solver
-from fem2d.solvers.march import Commit, MarchResult, MarchStatus, StepSettings, march
+from fem2d.solvers.march import MarchResult, MarchStatus, march
 from fem2d.solvers.stability import Instability, softest_mode
+from fem2d.solvers.step_control import StepSettings
 from geometry2d.rigid import RigidMotion
 from tests.support.squeezed_block import squeezed
 

@@ -9,11 +9,13 @@ from fem2d.body.kinematics import Plane
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact, rigid_responses
 from fem2d.loads.load import Load
+from fem2d.solvers.commit import Commit
 from fem2d.solvers.hand import TURNING_LENGTH_MM, Borne, Hand, HandError, resultant
 from fem2d.solvers.linear import fastest_solver
-from fem2d.solvers.march import Commit, MarchStatus, StepSettings, march
+from fem2d.solvers.march import MarchStatus, march
 from fem2d.solvers.model import Model
 from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.step_control import StepSettings
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from tests.support.contact_models import (

@@ -13,9 +13,10 @@ from fem2d.loads.load import Load
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.solvers.linear import fastest_solver, negative_pivots
-from fem2d.solvers.march import StepSettings, march
+from fem2d.solvers.march import march
 from fem2d.solvers.model import Model
 from fem2d.solvers.stability import Instability, instability_of, passages_with
+from fem2d.solvers.step_control import StepSettings
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
 

@@ -1,0 +1,236 @@
+"""How long a step is, and whether what came of it is accepted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fem2d.contact.contact import ContactResponse
+from fem2d.contact.rigid import rigid_responses
+from fem2d.loads.load import Loading
+from fem2d.solvers.model import ModelBalance
+from fem2d.solvers.newton import NewtonResult
+from fem2d.solvers.state import State
+from geometry2d.foundation.settings import setting
+from geometry2d.rigid import RigidPlacement
+
+TINY_MM = 1e-12
+"""A way or an error shorter than this limits no step."""
+
+
+@dataclass(frozen=True)
+class StepSettings:
+    """How long steps are.
+
+    Parameters
+    ----------
+    longest_s, shortest_s
+        Bounds of a step, s; below the shortest the march stops.
+    travel_mm
+        Most that the rigid body moves in one step past a point of the tissue that is near, mm.
+    gap_share
+        Share of a wide gap that it crosses in one step if that is more.
+    accuracy_mm
+        Largest difference between where the tissue was predicted to go and where it goes that is
+        aimed at, mm. Friction depends on the path, and this tells how bent it is.
+    snap_s, snap_errors
+        A step longer than the first that errs by more than so many times ``accuracy_mm`` is
+        rejected: no mere bend in the path does that, but a lip that snaps off an edge, and what
+        happens in the snap is to be seen.
+    easy_iterations, hard_iterations
+        A step that needs no more (less) iterations than this is followed by a longer (shorter) one.
+    shorter, longer
+        Length of the step that follows a hard and an easy one, over that one's.
+    least_growth
+        Least length of a step over that of an accepted one before it, however badly predicted.
+    cutback
+        Length of a step that is tried again, over that of the rejected one.
+    penetration_growth_mm
+        A trial in which the deepest penetration of a rigid body grows by more than this is rejected
+        although its forces balance, mm: a lip that snaps can straddle a thin wall, whose two sides
+        then hold it there. Far more than pressure adds in one step.
+    leap_share
+        A step is rejected in which a body that a hand carries goes so far that less than this share
+        of its way would have been allowed.
+    watch_stability
+        Whether every committed state is tested for static stability.
+    """
+
+    longest_s: float = setting(default=0.08, unit="s", above=0.0, description="longest step")
+    shortest_s: float = setting(
+        default=1e-7,
+        unit="s",
+        above=0.0,
+        description="shortest step; the run stops if a shorter one is needed",
+    )
+    travel_mm: float = setting(
+        default=0.3,
+        unit="mm",
+        above=0.0,
+        description="largest motion of the rigid body past nearby tissue in one step",
+    )
+    gap_share: float = setting(
+        default=0.7,
+        above=0.0,
+        maximum=1.0,
+        description="share of a wide gap that the rigid body may cross in one step",
+    )
+    accuracy_mm: float = setting(
+        default=0.008,
+        unit="mm",
+        above=0.0,
+        description="error of the predictor that the length of steps aims at",
+    )
+    snap_s: float = setting(
+        default=0.004,
+        unit="s",
+        above=0.0,
+        description="a longer step with a predictor error of snap_errors times accuracy_mm is "
+        "rejected",
+    )
+    snap_errors: float = setting(
+        default=10.0,
+        above=0.0,
+        description="predictor error, over accuracy_mm, from which a step counts as a snap",
+    )
+    easy_iterations: int = setting(
+        default=7, minimum=1, description="a step with at most so many is followed by a longer one"
+    )
+    hard_iterations: int = setting(
+        default=14,
+        minimum=1,
+        description="a step with at least so many is followed by a shorter one",
+    )
+    shorter: float = setting(
+        default=0.8,
+        above=0.0,
+        maximum=1.0,
+        description="length of the step after a hard one, over that one's",
+    )
+    longer: float = setting(
+        default=1.5,
+        minimum=1.0,
+        description="length of the step after an easy one, over that one's",
+    )
+    least_growth: float = setting(
+        default=0.6,
+        above=0.0,
+        maximum=1.0,
+        description="least length of a step over that of an accepted one before it",
+    )
+    cutback: float = setting(
+        default=0.5,
+        above=0.0,
+        maximum=0.99,
+        description="length of a step that is tried again, over that of the rejected one",
+    )
+    penetration_growth_mm: float = setting(
+        default=0.1,
+        unit="mm",
+        above=0.0,
+        description="a step in which the deepest penetration grows by more is rejected",
+    )
+    leap_share: float = setting(
+        default=0.5,
+        above=0.0,
+        maximum=1.0,
+        description="a step is rejected in which a carried body was allowed less of its way",
+    )
+    watch_stability: bool = setting(
+        default=False, description="whether the stability of every committed state is tested"
+    )
+
+
+def proposed_duration(
+    steps: StepSettings,
+    loading: Loading,
+    state: State,
+    contacts: tuple[ContactResponse, ...],
+    at_most_s: float,
+) -> float:
+    """Return the duration of the next step, s: as long as moving bodies may travel in one.
+
+    Parameters
+    ----------
+    steps
+        How long steps are.
+    loading
+        What acts at each instant.
+    state, contacts
+        The committed state and what contacts do in it.
+    at_most_s
+        Bound of the step, s.
+    """
+    ahead = loading(state.time_s + steps.longest_s).placement
+    share = _allowed_share(steps, contacts, state.placement, ahead)
+    return min(at_most_s, steps.longest_s * share)
+
+
+def is_sound(
+    steps: StepSettings,
+    trial: NewtonResult,
+    balance: ModelBalance,
+    contacts: tuple[ContactResponse, ...],
+    *,
+    carried: bool,
+) -> bool:
+    """Whether a trial is to be committed.
+
+    Its forces balance, tissue has not gone into a rigid body farther than pressure can push it in
+    one step, nor elsewhere than was predicted in a step too long to tell how.
+
+    Parameters
+    ----------
+    steps
+        How long steps are.
+    trial, balance
+        How Newton's method ended, and the balance there.
+    contacts
+        What contacts do in the committed state.
+    carried
+        Whether a hand carries the moving bodies, which may then go farther than was foreseen.
+    """
+    if not trial.converged or balance.duration_s is None:
+        return False
+    if _deepest(balance.contacts) - _deepest(contacts) > steps.penetration_growth_mm:
+        return False
+    here, there = balance.before.placement, balance.load.placement
+    if carried and _allowed_share(steps, contacts, here, there) < steps.leap_share:
+        return False
+    snapped = trial.predictor_error_mm > steps.snap_errors * steps.accuracy_mm
+    return not (snapped and balance.duration_s > steps.snap_s)
+
+
+def growth(steps: StepSettings, trial: NewtonResult, rejected: int) -> float:
+    """Return the length of the next step over that of one accepted after so many rejected ones."""
+    if rejected > 0 or trial.iterations >= steps.hard_iterations:
+        usual = steps.shorter
+    else:
+        usual = steps.longer if trial.iterations <= steps.easy_iterations else 1.0
+    accurate = math.sqrt(steps.accuracy_mm / max(trial.predictor_error_mm, TINY_MM))
+    return max(steps.least_growth, min(usual, accurate))
+
+
+def _allowed_share(
+    steps: StepSettings,
+    contacts: tuple[ContactResponse, ...],
+    here: RigidPlacement,
+    there: RigidPlacement,
+) -> float:
+    """Return what share of their way moving bodies may travel in one step past near tissue."""
+    share = np.inf
+    for touch in rigid_responses(contacts):
+        if touch.contact.moving:
+            nodal = touch.contact.surface.nodal
+            point = nodal(touch.state.body_position)
+            travel = np.linalg.norm(there.apply(point) - here.apply(point), axis=-1)
+            allowed = np.maximum(steps.travel_mm, steps.gap_share * nodal(touch.points.gap))
+            share = min(share, float(np.min(allowed / np.maximum(travel, TINY_MM))))
+    return share
+
+
+def _deepest(contacts: tuple[ContactResponse, ...]) -> float:
+    """Return the deepest penetration of a rigid body, mm; 0 if there is none."""
+    return max([0.0, *(-float(np.min(t.points.gap)) for t in rigid_responses(contacts))])
