@@ -22,7 +22,7 @@ import argparse
 import resource
 import tempfile
 import time
-from dataclasses import replace
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +33,7 @@ from scipy.spatial import cKDTree
 from fem2d.solvers.step_control import StepSettings
 from scenarios.results.increment import Increment, SectionModel
 from scenarios.results.quantities import LIPS
-from scenarios.settings.scenario import library_names, read_scenario
+from scenarios.settings.scenario import library_names, load_scenario
 from scenarios.sip.replay import replay
 from scenarios.sip.run import convert_recording
 
@@ -111,10 +111,11 @@ def outputs(rows: list[dict[str, float]]) -> list[float]:
 
 
 def measured(
-    name: str, motion: Path, resolution: str, steps: StepSettings, label: str
+    name: str, motion: Path, resolution: str, steps: Mapping[str, float], label: str
 ) -> list[float]:
     """Replay once, print a row and return its values."""
-    scenario = read_scenario(name, [f"solver.resolution={resolution}"]).with_motion(motion)
+    numerics = {"resolution": resolution, "steps": steps}
+    scenario = load_scenario(name).with_(motion=motion, numerics=numerics)
     rows: list[dict[str, float]] = []
     discs = DiscMeans()
 
@@ -123,7 +124,7 @@ def measured(
         discs.increment(increment)
 
     began, started = time.perf_counter(), time.process_time()
-    outcome = replay(scenario, on_model=discs.model, on_increment=keep, steps=steps)
+    outcome = replay(scenario, on_model=discs.model, on_increment=keep)
     wall, seconds = time.perf_counter() - began, time.process_time() - started
     values = [*outputs(rows), *discs.values]
     iterations = int(sum(row["newton_iterations"] for row in rows))
@@ -157,18 +158,18 @@ def main() -> None:
     )
     parser.add_argument("--halved", default="standard")
     options = parser.parse_args()
-    whole = StepSettings()
-    half = replace(
-        whole,
-        longest_s=whole.longest_s / 2,
-        travel_mm=whole.travel_mm / 2,
-        accuracy_mm=whole.accuracy_mm / 4,  # an error of the predictor grows with the step's square
-    )
+    usual = StepSettings()
+    whole: dict[str, float] = {}
+    half = {
+        "longest_s": usual.longest_s / 2,
+        "travel_mm": usual.travel_mm / 2,
+        "accuracy_mm": usual.accuracy_mm / 4,  # a predictor's error grows with the step's square
+    }
     head = ["run", "triangles", "increments, iterations", *COLUMNS, "clock, processor s", "MB"]
     for name in options.scenarios:
         print(f"\n{name}\n\n| {' | '.join(head)} |\n|{'---|' * len(head)}")
         with tempfile.TemporaryDirectory() as scratch:
-            recording = read_scenario(name).recording
+            recording = load_scenario(name).recording
             if recording is None:
                 raise SystemExit(f"{name} has no recording")
             motion = convert_recording(

@@ -31,7 +31,7 @@ from mocap.tracking.marker_file import EXAMPLE, read_markers
 from mocap.tracking.tracks import Tracks
 from mocap.video.frames import Video
 from scenarios.recordings.rendering import LIBRARY, read_script
-from scenarios.settings.scenario import read_scenario, resolved_toml
+from scenarios.settings.scenario import load_scenario, resolved_toml
 from scenarios.studies.calibration import Target
 
 NAMES = ("ear", "nose", "package_lower", "package_upper")
@@ -92,7 +92,7 @@ relax_to_s = [0.6, 1.6]
 resolution = "coarse"
 """
     return written(
-        folder, {"library.toml": resolved_toml(read_scenario("A38-F")), "hand.toml": by_hand}
+        folder, {"library.toml": resolved_toml(load_scenario("A38-F")), "hand.toml": by_hand}
     )
 
 
@@ -347,7 +347,7 @@ def _cut(file: Path) -> object:
 
 
 def _scenario(file: Path) -> str:
-    return resolved_toml(read_scenario(str(file)))
+    return resolved_toml(load_scenario(str(file)))
 
 
 def _positions(file: Path) -> object:

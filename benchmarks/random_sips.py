@@ -19,13 +19,12 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry2d.anatomy.head import HeadError, head_section
-from geometry2d.neck import NECKS, NeckError
-from geometry2d.regions import RegionError
+from geometry2d.neck import NECKS
 from mocap.convert import convert
 from mocap.motion.motion import Motion
 from scenarios.results.increment import Increment
-from scenarios.settings.scenario import Scenario, library_names, read_scenario
+from scenarios.settings.scenario import Scenario, library_names, load_scenario
+from scenarios.settings.tables import SettingError
 from scenarios.sip.replay import replay
 
 LIP_RANGES_MM = {
@@ -44,7 +43,7 @@ LIP_RANGES_MM = {
 def drawn(rng: np.random.Generator, resolution: str) -> tuple[Scenario, list[str]]:
     """Return a scenario of the library with random settings laid over it, and those."""
     name = str(rng.choice(library_names()))
-    library_neck = NECKS[read_scenario(name).package.neck]
+    library_neck = NECKS[load_scenario(name).package.neck]
     while True:
         depth = rng.uniform(0.6, 1.6)
         settings: dict[str, float] = {
@@ -65,11 +64,11 @@ def drawn(rng: np.random.Generator, resolution: str) -> tuple[Scenario, list[str
             f"{key}={value if isinstance(value, int) else f'{value:.4f}'}"
             for key, value in settings.items()
         ]
-        scenario = read_scenario(name, [*texts, f"solver.resolution={resolution}"])
         try:
+            scenario = load_scenario(name, [*texts, f"numerics.resolution={resolution}"])
             scenario.package.section()
-            head_section(scenario.head)
-        except (NeckError, HeadError, RegionError):
+            scenario.head.section()
+        except SettingError:
             continue
         return scenario, texts
 

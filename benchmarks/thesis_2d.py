@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution
-from scenarios.settings.scenario import Scenario, read_scenario
+from scenarios.settings.scenario import Scenario, load_scenario
 from scenarios.views.scene import SkinLine
 
 Array = NDArray[np.float64]
@@ -103,10 +103,11 @@ def main() -> None:
     in_stress: dict[str, Solution] = {}
     for folder in parser.parse_args().runs:
         solution = Solution.load(folder)
-        scenario = read_scenario(str(folder / "scenario.toml"))
+        scenario = load_scenario(str(folder / "scenario.toml"))
         calm = undisturbed(solution, scenario)
         whole = np.ones_like(calm)
-        print(f"\n{scenario.name}, plane {scenario.solver.plane}, {scenario.solver.resolution}:")
+        numerics = scenario.numerics
+        print(f"\n{scenario.name}, plane {numerics.plane}, {numerics.resolution}:")
         print(f"  {solution.message}")
         print(f"  wall time {solution.summary['wall_s']:.0f} s")
         for title, name, field, sign in (
@@ -123,7 +124,7 @@ def main() -> None:
             print(f"  {lip} lip: {pressure(solution, lip)}")
         for lip, (first, last) in regions(solution).items():
             print(f"  {lip} lip touched from {first:.2f} to {last:.2f} mm along its skin")
-        if scenario.solver.plane == "stress":
+        if scenario.numerics.plane == "stress":
             in_stress[scenario.name] = solution
         elif scenario.name in in_stress:
             here, there = regions(in_stress[scenario.name]), regions(solution)

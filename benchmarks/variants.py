@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 from scenarios.results.quantities import LIPS
-from scenarios.settings.scenario import ScenarioError, library_names, read_scenario
+from scenarios.settings.scenario import ScenarioError, library_names, load_scenario
 from scenarios.sip.replay import replay
 from scenarios.sip.run import convert_recording
 
@@ -50,12 +50,12 @@ def told(rows: list[dict[str, float]]) -> list[str]:
 
 def run(name: str, variant: str, motion: Path, resolution: str) -> bool:
     """Replay one variant, print its row and return whether it ran to the end."""
-    settings = [f"solver.resolution={resolution}", *variant.split()]
+    settings = [f"numerics.resolution={resolution}", *variant.split()]
     rows: list[dict[str, float]] = []
     started = time.process_time()
     try:
         outcome = replay(
-            read_scenario(name, settings).with_motion(motion),
+            load_scenario(name, settings).with_motion(motion),
             on_increment=lambda increment: rows.append(increment.row()),
         )
         finished, ended = outcome.finished, outcome.message
@@ -93,7 +93,7 @@ def main() -> None:
     print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
     whole = 0
     for name in options.scenarios:
-        recording = read_scenario(name).recording
+        recording = load_scenario(name).recording
         if recording is None:
             raise SystemExit(f"{name} has no recording")
         with tempfile.TemporaryDirectory() as scratch:

@@ -139,7 +139,7 @@ DC_NECK = NeckMeasurements(
     crest_radius_mm=0.35,
     length_mm=26.0,
 )
-"""The 26 mm neck: PCO 1881 scaled by 26/27.4, with a single turn (fewer threads than the A38)."""
+"""The 26 mm neck, with a single turn (fewer threads than the A38)."""
 
 RIM_DEPTH_MM = 0.9
 """Depth behind the rim at which the outside of a wall is measured: behind the rounding of a rim and
@@ -148,6 +148,7 @@ before the first thread."""
 RIM_SPACING_MM = 0.02
 
 NECKS: Mapping[str, NeckMeasurements] = {"A38": A38_NECK, "DC": DC_NECK}
+NECK_SOURCES: Mapping[str, str] = {"A38": SP_38_400, "DC": PCO_1881}
 
 
 @dataclass(frozen=True)

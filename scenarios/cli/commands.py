@@ -16,22 +16,24 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from textwrap import indent
-from typing import Any, NoReturn, cast
+from typing import NoReturn
 
 from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress, progress_line
 from mocap.convert import ConvertOptions
 from mocap.tracking.marker_file import EXAMPLE
 from scenarios.results.quantities import ELEMENT_FIELDS
+from scenarios.settings.files import split_setting
 from scenarios.settings.scenario import (
+    Numerics,
     Recording,
     Scenario,
-    Solver,
     library_names,
-    read_scenario,
-    resolved_tables,
+    load_scenario,
+    resolved_toml,
 )
-from scenarios.settings.tables import Table, about, split_override, table_from
+from scenarios.settings.tables import Table, keys_of, table_from
+from scenarios.settings.writing import about, toml_value
 from scenarios.studies.aspiration import AspirationOptions
 from scenarios.studies.calibration import CalibrationOptions
 from scenarios.studies.element import ElementOptions
@@ -89,15 +91,11 @@ def _convert(options: argparse.Namespace) -> int:
 def _scenarios(options: argparse.Namespace) -> int:
     if options.name is None:
         for name in library_names():
-            print(f"{name:<8}  {read_scenario(name).description}")
+            print(f"{name:<8}  {load_scenario(name).description}")
         return 0
     if options.redraw is not None:
         return _redraw(options.name, options.redraw)
-    scenario = read_scenario(options.name, options.set)
-    print(f"{scenario.name}: {scenario.description}")
-    for name, lines in resolved_tables(scenario):
-        print(f"\n[{name}]")
-        print("\n".join(lines))
+    sys.stdout.write(resolved_toml(load_scenario(options.name, options.set)))
     return 0
 
 
@@ -244,7 +242,7 @@ def _demo(options: argparse.Namespace) -> int:
     from scenarios.views.plots import plot_histories, plot_imprint
 
     out: Path = options.out
-    scenario = read_scenario("A38-F")
+    scenario = load_scenario("A38-F")
     assert scenario.recording is not None  # the library's scenarios are recorded
     film, sheet = out / "A38-F.mp4", out / "A38-F.png"
     histories, imprint = out / "A38-F-history.png", out / "A38-F-imprint.png"
@@ -286,9 +284,10 @@ def _chosen_scenario(options: argparse.Namespace) -> Scenario:
     overrides = list(options.set)
     for name in ("plane", "resolution"):
         if getattr(options, name) is not None:
-            overrides.append(f"solver.{name}={getattr(options, name)}")
-    scenario = read_scenario(options.scenario, overrides)
-    return scenario if options.motion is None else scenario.with_motion(options.motion)
+            overrides.append(f"numerics.{name}={getattr(options, name)}")
+    if options.motion is not None:
+        overrides.append(f"motion.file={toml_value(str(options.motion))}")
+    return load_scenario(options.scenario, overrides)
 
 
 def _complain(sentence: str, code: int = WRONG_INPUT) -> int:
@@ -390,12 +389,12 @@ def _parser() -> argparse.ArgumentParser:
     replay.add_argument(
         "--motion", metavar="FILE", type=Path, help="motion.csv to replay instead of the scenario's"
     )
-    for field in dataclasses.fields(Solver):
-        if field.metadata.get("choices"):
+    for key in keys_of(Numerics):
+        if key.choices:
             replay.add_argument(
-                f"--{field.name}",
-                choices=field.metadata.get("choices"),
-                help=f"{field.metadata['description']} (default: the scenario's)",
+                f"--{key.field.name}",
+                choices=key.choices,
+                help=f"{about(key.field)} (default: the scenario's)",
             )
     replay.add_argument(
         "--resume", action="store_true", help="go on with the unfinished run in --out, if any"
@@ -530,20 +529,20 @@ def _parser() -> argparse.ArgumentParser:
 
 def _add_settings(parser: argparse.ArgumentParser, table: type[object]) -> None:
     """Add one option for every setting of a table."""
-    for field in dataclasses.fields(cast(Any, table)):
+    for key in keys_of(table):
         parser.add_argument(
-            "--" + field.name.replace("_", "-"),
-            metavar=None if field.metadata.get("choices") else "VALUE",
-            choices=field.metadata.get("choices"),
-            help=f"{about(field)} (default: {field.default})".replace("%", "%%"),
+            "--" + key.field.name.replace("_", "-"),
+            metavar=None if key.choices else "VALUE",
+            choices=key.choices or None,
+            help=f"{about(key.field)} (default: {key.field.default})".replace("%", "%%"),
         )
 
 
 def _settings(table: type[Table], options: argparse.Namespace) -> Table:
     """Return the table of the options that :func:`_add_settings` added, checked."""
-    names = [field.name for field in dataclasses.fields(cast(Any, table))]
+    names = [key.field.name for key in keys_of(table)]
     given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-    values = {name: split_override(f"{name}={text}")[1] for name, text in given.items()}
+    values = {name: split_setting(f"{name}={text}")[1] for name, text in given.items()}
     return table_from(table, values, where="")
 
 
@@ -568,5 +567,6 @@ def _add_set(parser: argparse.ArgumentParser) -> None:
         metavar="KEY=VALUE",
         action="append",
         default=[],
-        help="change a setting, e.g. contact.friction=0.5; may be repeated",
+        help="change a setting, e.g. contact.friction=0.5; may be repeated; relative paths start "
+        "from the current directory (in a scenario file, from the file's)",
     )

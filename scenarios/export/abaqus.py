@@ -7,7 +7,7 @@ from pathlib import Path
 from fem2d.export.deck import abaqus_deck
 from geometry2d.foundation.output import file_at_once
 from scenarios.results.solution import Solution
-from scenarios.settings.scenario import read_scenario
+from scenarios.settings.scenario import load_scenario
 from scenarios.sip.replay import prepared
 
 
@@ -24,14 +24,14 @@ def export_abaqus(run: Path, out: Path) -> None:
         If the model holds something that a deck cannot say.
     """
     Solution.load(run)
-    scenario = read_scenario(str(run / "scenario.toml"))
+    scenario = load_scenario(str(run / "scenario.toml"))
     ready = prepared(scenario)
     deck = abaqus_deck(
         ready.lips.system,
         ready.motion,
         start_s=ready.start_s,
         end_s=ready.end_s,
-        title=f"drinksim: {scenario.name}, {scenario.solver.resolution}",
+        title=f"drinksim: {scenario.name}, {scenario.numerics.resolution}",
     )
     with file_at_once(out) as partial:
         partial.write_text(deck, encoding="ascii")

@@ -25,8 +25,8 @@ from scenarios.results.increment import Increment, LipContact, SectionModel, Sol
 from scenarios.results.integrity import checked_summary
 from scenarios.results.quantities import CONTACT_FIELDS, ELEMENT_FIELDS, HISTORY, Quantity
 from scenarios.results.summary import SUMMARY_FILE
-from scenarios.settings.scenario import Scenario, read_scenario
-from scenarios.settings.tables import nearest
+from scenarios.settings.names import nearest
+from scenarios.settings.scenario import Scenario, load_scenario
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -221,7 +221,7 @@ class Solution:
         if self.replayed is not None:
             return self.replayed
         assert self.folder is not None  # a solution without a folder knows its scenario
-        return read_scenario(str(self.folder / "scenario.toml"))
+        return load_scenario(str(self.folder / "scenario.toml"))
 
     def __repr__(self) -> str:
         whole = "" if self.finished else ", unfinished"

@@ -1,192 +1,352 @@
 """Tables of named settings: a frozen dataclass is the one source of keys, units, ranges and help.
 
-Every field of a table says in its metadata what it is (``description``, ``unit``, ``source``) and
-what it may be (``minimum``, ``maximum``, ``choices``). Reading TOML, checking, ``--set``, the
-listing on screen and the resolved file are all derived from that, so none of them can disagree.
+Reading TOML, checking, ``--set``, options of commands and resolved files are derived from the
+fields (:func:`geometry2d.foundation.settings.setting`), so that none of them can disagree. A field
+whose type is another such dataclass is a table inside the table. Entries of a field's metadata say
+more about its role:
+
+``inline``
+    True: the keys of this dataclass stand in the table that holds it, not in one of their own.
+``omit``
+    Names of this dataclass that are no keys: something else decides them.
+``presets``, ``of``, ``sources``
+    The value is a name in the mapping ``presets``; it gives the table in the field ``of`` its
+    values, and keys of that table then change single ones. ``sources`` says where the values of a
+    preset come from.
+``replaces``
+    If the value is given, the keys of its table with these names have no effect.
+``file``
+    True: the value is the path of a file.
+``example``
+    A text that may not be empty, and what it could be.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import difflib
-import json
-import tomllib
+import re
 import types
 import typing
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.settings import in_unit, range_error
+from geometry2d.foundation.toml import shown
+from scenarios.settings.names import nearest, nearest_key
 
 Table = TypeVar("Table")
 Value = object
 
 
 class SettingError(DrinksimError):
-    """A setting is unknown, of the wrong kind or out of its range."""
+    """A setting is unknown, of the wrong kind, out of its range, or without effect."""
 
 
-def nearest(word: str, words: Iterable[str]) -> str:
-    """Return a remedy: the word that was probably meant, or else all that could have been.
+@dataclass(frozen=True)
+class Key:
+    """One key of a table or of a table inside it.
 
-    >>> nearest("fricton", ["friction", "teeth_friction"])
-    "did you mean 'friction'?"
+    Attributes
+    ----------
+    path
+        Its name with its tables, joined by dots.
+    field, hint
+        The dataclass field that it sets, and that field's type.
     """
-    known = sorted(words)
-    match = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
-    if match:
-        return f"did you mean {match[0]!r}?"
-    return "known: " + ", ".join(known)
+
+    path: str
+    field: dataclasses.Field[Any]
+    hint: Any
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The words that its value may be; empty if it is not such a key, or takes numbers too."""
+        presets = self.field.metadata.get("presets")
+        if presets is not None:
+            return tuple(presets)
+        kinds = _alternatives(self.hint)
+        if any(typing.get_origin(kind) is not Literal for kind in kinds):
+            return ()
+        return tuple(word for kind in kinds for word in typing.get_args(kind))
+
+    @property
+    def has_default(self) -> bool:
+        """Whether it may be left out."""
+        return self.field.default is not dataclasses.MISSING
+
+    def checked(self, value: Value) -> Value:
+        """Return a value as the field's type; :class:`SettingError` if it may not be that."""
+        if self.choices:
+            if value not in self.choices:
+                remedy = nearest(str(value), self.choices)
+                raise SettingError(f"{self.path} = {shown(value)} is not a choice: {remedy}")
+            return value
+        checked = self._of_type(value, self.hint)
+        for number in checked if isinstance(checked, tuple) else (checked,):
+            if isinstance(number, int | float) and not isinstance(number, bool):
+                wrong = range_error(number, self.field.metadata)
+                if wrong is not None:
+                    with_unit = in_unit(number, self.field.metadata)
+                    raise SettingError(f"{self.path} = {with_unit} {wrong}")
+        return checked
+
+    def _of_type(self, value: Value, hint: Any) -> Value:
+        """Return ``value`` as the annotated type, or refuse it; whole numbers pass as floats."""
+        for kind in _alternatives(hint):
+            if typing.get_origin(kind) is Literal and value in typing.get_args(kind):
+                return value
+            if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
+                return _as_float(value)
+            if kind is str and isinstance(value, str) and (value or not self._needs_text):
+                return value
+            if kind in (int, bool) and type(value) is kind:
+                return value
+            if typing.get_origin(kind) is tuple and isinstance(value, list | tuple):
+                item = typing.get_args(kind)[0]
+                return tuple(self._of_type(entry, item) for entry in value)
+        raise SettingError(f"{self.path} = {shown(value)}: give {self._wanted()}")
+
+    @property
+    def _needs_text(self) -> bool:
+        return "example" in self.field.metadata
+
+    def _wanted(self) -> str:
+        names = {
+            float: "a number",
+            int: "a whole number",
+            str: "a text in quotes",
+            bool: "true or false",
+        }
+        wanted = []
+        for kind in _alternatives(self.hint):
+            if typing.get_origin(kind) is Literal:
+                wanted += [shown(option) for option in typing.get_args(kind)]
+            elif typing.get_origin(kind) is tuple:
+                wanted.append("a list of numbers")
+            elif kind is not type(None):
+                wanted.append(names.get(kind, kind.__name__))
+        unit = self.field.metadata.get("unit") or ""
+        example = self.field.metadata.get("example")
+        return (
+            " or ".join(wanted)
+            + (f" ({unit})" if unit else "")
+            + (f', e.g. {self.field.name} = "{example}"' if example else "")
+        )
+
+
+@dataclass(frozen=True)
+class SubTable:
+    """A table inside a table: the field that holds it, its dataclass, whether it may be absent."""
+
+    field: dataclasses.Field[Any]
+    kind: type[Any]
+    optional: bool
+
+    @property
+    def inline(self) -> bool:
+        """Whether its keys stand in the table that holds it."""
+        return bool(self.field.metadata.get("inline"))
+
+    @property
+    def omit(self) -> tuple[str, ...]:
+        """Names of its fields that are no keys."""
+        omitted: tuple[str, ...] = self.field.metadata.get("omit", ())
+        return omitted
+
+
+def parts_of(
+    kind: type[object], *, where: str = "", omit: tuple[str, ...] = ()
+) -> Iterator[Key | SubTable]:
+    """Yield the keys and tables of a table, in order; inline tables as tables."""
+    hints = typing.get_type_hints(kind)
+    for field in dataclasses.fields(typing.cast(Any, kind)):
+        if field.name in omit:
+            continue
+        hint = hints[field.name]
+        kinds = [each for each in _alternatives(hint) if dataclasses.is_dataclass(each)]
+        if kinds:
+            optional = type(None) in _alternatives(hint)
+            yield SubTable(field, typing.cast(type[Any], kinds[0]), optional)
+        else:
+            yield Key(joined(where, field.name), field, hint)
+
+
+def keys_of(kind: type[object], *, where: str = "", omit: tuple[str, ...] = ()) -> Iterator[Key]:
+    """Yield all keys of a table and of the tables inside it."""
+    for part in parts_of(kind, where=where, omit=omit):
+        if isinstance(part, Key):
+            yield part
+        else:
+            inside = where if part.inline else joined(where, part.field.name)
+            yield from keys_of(part.kind, where=inside, omit=part.omit)
+
+
+def replaced_in(table: object) -> tuple[str, ...]:
+    """Return the names of the keys of a table that have no effect, as others replace them."""
+    return tuple(
+        name
+        for field in dataclasses.fields(typing.cast(Any, table))
+        if getattr(table, field.name) is not None
+        for name in field.metadata.get("replaces", ())
+    )
 
 
 def table_from(
-    kind: type[Table], values: Mapping[str, Value], *, where: str, base: Table | None = None
+    kind: type[Table],
+    values: Mapping[str, Value],
+    *,
+    where: str,
+    base: Table | None = None,
+    omit: tuple[str, ...] = (),
 ) -> Table:
     """Return a table of type ``kind`` with ``values`` laid over ``base`` or over the defaults.
 
-    Raises :class:`SettingError` naming the key (``where`` is the table's name, empty if it has
-    none), the value and the remedy if a key is unknown or missing or a value is of the wrong type
-    or out of its range.
+    Parameters
+    ----------
+    kind
+        The dataclass.
+    values
+        By key; for tables inside it by name, as mappings.
+    where
+        The table's name, empty if it has none.
+    base
+        What is not in ``values`` is taken from here.
+    omit
+        Fields that are no keys.
+
+    Raises
+    ------
+    SettingError
+        If a key is unknown or missing, or a value of the wrong type or out of its range. It names
+        key, value and remedy.
     """
-    prefix = f"{where}." if where else ""
     if not isinstance(values, Mapping):
-        raise SettingError(f"[{where}] is {values!r}: write it as a table of key = value lines")
-    fields = {f.name: f for f in _fields(kind)}
-    hints = typing.get_type_hints(kind)
-    for key in values:
-        if key not in fields:
-            raise SettingError(f"unknown key {prefix}{key}: {nearest(key, fields)}")
-    checked = {
-        key: _checked(value, hints[key], fields[key], f"{prefix}{key}")
-        for key, value in values.items()
-    }
-    if base is not None:
-        return typing.cast(Table, dataclasses.replace(typing.cast(Any, base), **checked))
-    for name, field in fields.items():
-        if name not in checked and not _has_default(field):
-            about = field.metadata.get("description", "")
-            raise SettingError(f"{prefix}{name} is missing: {about or 'it has no default'}")
-    return kind(**checked)
-
-
-def split_override(text: str) -> tuple[list[str], Value]:
-    """Return the key path and the value of one ``table.key=value`` of the command line.
-
-    The value is read as TOML, and as plain text where that is not TOML.
-
-    >>> split_override("contact.friction=0.5"), split_override("solver.plane=strain")
-    ((['contact', 'friction'], 0.5), (['solver', 'plane'], 'strain'))
-    """
-    key, equals, value = text.partition("=")
-    path = [part.strip() for part in key.split(".")]
-    if not equals or not all(path):
-        raise SettingError(f"--set {text!r} is not table.key=value, e.g. contact.friction=0.5")
+        raise SettingError(f"{where} = {shown(values)}: write it as a table, [{where}]")
+    parts = list(parts_of(kind, where=where, omit=omit))
+    _refuse_unknown(values, parts, where, [key.path for key in keys_of(kind, where=where)])
+    made: dict[str, Any] = {}
+    presets: dict[str, Any] = {}
+    for part in parts:
+        if isinstance(part, Key):
+            if part.field.name in values:
+                made[part.field.name] = part.checked(values[part.field.name])
+                if "of" in part.field.metadata:
+                    chosen = part.field.metadata["presets"][made[part.field.name]]
+                    presets[part.field.metadata["of"]] = chosen
+            elif base is None and not part.has_default:
+                about = part.field.metadata.get("description") or "it has no default"
+                raise SettingError(f"{part.path} is missing: {about}")
+        else:
+            inner = _values_of(part, values)
+            start = presets.get(part.field.name, _start(part, base))
+            if inner or (start is None and not part.optional):
+                inside = where if part.inline else joined(where, part.field.name)
+                start = table_from(part.kind, inner, where=inside, base=start, omit=part.omit)
+            made[part.field.name] = start
     try:
-        return path, tomllib.loads(f"value = {value.strip()}")["value"]
-    except tomllib.TOMLDecodeError:
-        return path, value.strip()
+        if base is not None:
+            return typing.cast(Table, dataclasses.replace(typing.cast(Any, base), **made))
+        return kind(**made)
+    except SettingError:
+        raise
+    except DrinksimError as error:
+        if not where:
+            raise
+        raise SettingError(_told(error, kind, parts, where, made, base)) from error
 
 
-def toml_lines(table: object) -> list[str]:
-    """Return one ``key = value  # unit: description`` line per field; no value, only a comment."""
-    lines = []
-    for field in _fields(type(table)):
-        value = getattr(table, field.name)
-        given = value is not None
-        assignment = f"{field.name} = {toml_value(value)}" if given else f"# {field.name} ="
-        note = about(field)
-        lines.append(f"{assignment:<38} # {note}" if note else assignment)
-    return lines
+def check(table: object, *, where: str = "", omit: tuple[str, ...] = ()) -> None:
+    """Check every value of a table and of the tables inside it.
 
-
-def toml_value(value: Value) -> str:
-    """Return a value as TOML that reads back to the same value.
-
-    >>> toml_value(0.1), toml_value("A38"), toml_value((1.0, 2.0)), toml_value(True)
-    ('0.1', '"A38"', '[1.0, 2.0]', 'true')
+    Raises
+    ------
+    SettingError
+        If a value is of the wrong type or out of its range.
     """
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        # JSON escapes what TOML wants escaped, except the delete character.
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, (tuple, list)):
-        return "[" + ", ".join(toml_value(item) for item in value) + "]"
-    return repr(float(value)) if isinstance(value, float) else repr(value)
+    for part in parts_of(type(table), where=where, omit=omit):
+        value = getattr(table, part.field.name)
+        if isinstance(part, SubTable):
+            if value is not None:
+                inside = where if part.inline else joined(where, part.field.name)
+                check(value, where=inside, omit=part.omit)
+        elif value is not None or not part.has_default:
+            part.checked(value)
 
 
-def about(field: dataclasses.Field[Any]) -> str:
-    """Return what a field is, its unit and its source, in one line."""
-    unit = field.metadata.get("unit") or ""
-    description = field.metadata.get("description") or ""
-    source = field.metadata.get("source") or ""
-    head = f"{unit}: {description}" if unit and description else unit or description
-    return f"{head} [{source}]" if source else head
+def _refuse_unknown(
+    values: Mapping[str, Value], parts: list[Key | SubTable], where: str, keys: list[str]
+) -> None:
+    known = {part.field.name for part in parts if isinstance(part, Key) or not part.inline}
+    for part in parts:
+        if isinstance(part, SubTable) and part.inline:
+            known |= {key.field.name for key in keys_of(part.kind, omit=part.omit)}
+    for name in values:
+        if name not in known:
+            path = joined(where, name)
+            raise SettingError(f"unknown key {path}: {nearest_key(path, keys)}")
 
 
-def _fields(kind: type[object]) -> tuple[dataclasses.Field[Any], ...]:
-    return dataclasses.fields(typing.cast(Any, kind))
+def _values_of(part: SubTable, values: Mapping[str, Value]) -> Mapping[str, Value]:
+    """Return what is given for a table inside a table."""
+    if part.inline:
+        names = {key.field.name for key in keys_of(part.kind, omit=part.omit)}
+        return {name: value for name, value in values.items() if name in names}
+    return typing.cast(Mapping[str, Value], values.get(part.field.name, {}))
 
 
-def _has_default(field: dataclasses.Field[Any]) -> bool:
-    missing = dataclasses.MISSING
-    return field.default is not missing or field.default_factory is not missing
+def _start(part: SubTable, base: object | None) -> Any:
+    """Return what a table inside a table is where nothing is given; None if it is absent."""
+    if base is not None:
+        return getattr(base, part.field.name)
+    return None if part.field.default is dataclasses.MISSING else part.field.default
 
 
-def _checked(value: Value, hint: Any, field: dataclasses.Field[Any], where: str) -> Value:
-    checked = _of_type(value, hint, field, where)
-    choices = field.metadata.get("choices")
-    if choices and checked not in choices:
-        raise SettingError(f"{where} = {value!r} is not a choice: {nearest(str(value), choices)}")
-    numbers = checked if isinstance(checked, tuple) else (checked,)
-    for number in numbers:
-        if isinstance(number, (int, float)) and not isinstance(number, bool):
-            _check_range(number, field, where)
-    return checked
+def _told(
+    error: DrinksimError,
+    kind: Any,
+    parts: list[Key | SubTable],
+    where: str,
+    made: Mapping[str, Any],
+    base: Any,
+) -> str:
+    """Return an error of a dataclass with its keys' tables, and the value that is to blame."""
+    keys = {part.field.name: part for part in parts if isinstance(part, Key)}
+    if not keys:
+        return str(error)
+    named = re.compile(rf"(?<![\w.])({'|'.join(map(re.escape, keys))})(?!\w)")
+    message = named.sub(rf"{where}.\1", str(error))
+
+    def allowed_without(name: str) -> bool:
+        rest = {other: value for other, value in made.items() if other != name}
+        try:
+            kind(**rest) if base is None else dataclasses.replace(base, **rest)
+        except (DrinksimError, TypeError):
+            return False
+        return True
+
+    guilty = next((name for name in made if name in keys and allowed_without(name)), None)
+    if guilty is None or f"{where}.{guilty}" in message:
+        return message
+    value, metadata = made[guilty], keys[guilty].field.metadata
+    text = in_unit(value, metadata) if isinstance(value, int | float) else shown(value)
+    return f"{where}.{guilty} = {text}: {message}"
 
 
-def _of_type(value: Value, hint: Any, field: dataclasses.Field[Any], where: str) -> Value:
-    """Return ``value`` as the annotated type, or refuse it; whole numbers pass as floats."""
-    for kind in _alternatives(hint):
-        if typing.get_origin(kind) is Literal and value in typing.get_args(kind):
-            return value
-        if kind is float and isinstance(value, (int, float)) and not isinstance(value, bool):
-            return float(value)
-        if kind in (int, str, bool) and type(value) is kind:
-            return value
-        if typing.get_origin(kind) is tuple and isinstance(value, (list, tuple)):
-            item = typing.get_args(kind)[0]
-            return tuple(_of_type(entry, item, field, where) for entry in value)
-    raise SettingError(f"{where} = {value!r}: give {_wanted(hint, field)}")
+def _as_float(value: float) -> float:
+    try:
+        return float(value)
+    except OverflowError:  # a whole number of more than 300 digits
+        return float("inf")
 
 
-def _check_range(number: float, field: dataclasses.Field[Any], where: str) -> None:
-    wrong = range_error(number, field.metadata)
-    if wrong is not None:
-        raise SettingError(f"{where} = {in_unit(number, field.metadata)} {wrong}")
+def joined(where: str, name: str) -> str:
+    """Return the path of a name in a table; the outermost table has no name."""
+    return f"{where}.{name}" if where else name
 
 
 def _alternatives(hint: Any) -> tuple[Any, ...]:
     if typing.get_origin(hint) in (typing.Union, types.UnionType):
         return typing.get_args(hint)
     return (hint,)
-
-
-def _wanted(hint: Any, field: dataclasses.Field[Any]) -> str:
-    names = {
-        float: "a number",
-        int: "a whole number",
-        str: "a text in quotes",
-        bool: "true or false",
-    }
-    wanted = []
-    for kind in _alternatives(hint):
-        if typing.get_origin(kind) is Literal:
-            wanted += [repr(option) for option in typing.get_args(kind)]
-        elif typing.get_origin(kind) is tuple:
-            wanted.append("a list of numbers")
-        elif kind is not type(None):
-            wanted.append(names.get(kind, kind.__name__))
-    unit = field.metadata.get("unit") or ""
-    return " or ".join(wanted) + (f" ({unit})" if unit else "")

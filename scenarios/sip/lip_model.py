@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from fem2d.body.body import Body
 from fem2d.body.surface import Surface
-from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
 from fem2d.loads.amplitude import Amplitude
@@ -18,11 +17,10 @@ from fem2d.loads.dead import DeadLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material, stiffened
-from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.model import Model
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.curves import nearest_arc_length
-from geometry2d.mesh import LEVELS, section_mesh
+from geometry2d.mesh import section_mesh
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import rotated
 from scenarios.results.increment import SectionModel
@@ -40,10 +38,6 @@ FOLD_REACH_MM = 0.5
 POINTS_BETWEEN_NODES = 2
 """In each half of an edge, where contact is looked for too: edges of up to 0.4 mm then sink over
 corners with that radius by less than 0.005 mm (docs/theory/contact.md)."""
-
-TISSUE = Inertia(density_tonne_per_mm3=1e-9, spectral_radius=0.0, relaxation_s=0.02)
-"""Soft tissue's own density, and a relaxation time that is short against a sip of seconds: what
-snaps back or starts to slip then takes a moment, not none (docs/verification/time.md)."""
 
 WALLS = ("upper_wall", "lower_wall")
 
@@ -131,14 +125,14 @@ class Lips:
     @cached_property
     def body(self) -> Body:
         """The lips, meshed."""
-        solver = self.scenario.solver
+        numerics = self.scenario.numerics
         sections = tuple(getattr(self.head, lip) for lip in self.present)
-        mesh = section_mesh(sections, LEVELS[solver.resolution])
+        mesh = section_mesh(sections, numerics.mesh)
         return Body(
             mesh,
             _materials(self.scenario.skin, self.present),
-            plane=solver.plane,
-            thickness_mm=solver.thickness_mm,
+            plane=numerics.plane,
+            thickness_mm=numerics.thickness_mm,
         )
 
     def surface(self, name: str) -> Surface:
@@ -159,7 +153,7 @@ class Lips:
         return Surface(
             self.free_edges(lip),
             self.body.nodes,
-            self.scenario.solver.thickness_mm,
+            self.scenario.numerics.thickness_mm,
             at_nodes=at_nodes,
             between_nodes=between_nodes,
         )
@@ -167,9 +161,12 @@ class Lips:
     @cached_property
     def system(self) -> Model:
         """Lips, ties, and what they touch."""
-        contact = self.scenario.contact
-        normal = NormalLaw()
-        neck, teeth = FrictionLaw(contact.friction), FrictionLaw(contact.teeth_friction)
+        contact, numerics = self.scenario.contact, self.scenario.numerics
+        normal = numerics.penalty
+        on_neck, on_tooth, on_lip = (
+            replace(numerics.stick, coefficient=coefficient)
+            for coefficient in (contact.friction, contact.teeth_friction, contact.lip_friction)
+        )
         surfaces = {
             lip: self.free_surface(lip, between_nodes=POINTS_BETWEEN_NODES) for lip in self.present
         }
@@ -178,7 +175,7 @@ class Lips:
                 surface,
                 getattr(self.neck, wall),
                 normal=normal,
-                friction=neck,
+                friction=on_neck,
                 name=f"{lip} lip on {wall}",
             )
             for lip, surface in surfaces.items()
@@ -189,7 +186,7 @@ class Lips:
                 surface,
                 getattr(self.head, f"{lip}_tooth"),
                 normal=normal,
-                friction=teeth,
+                friction=on_tooth,
                 moving=False,
                 name=f"{lip} lip on {lip}_tooth",
             )
@@ -199,7 +196,7 @@ class Lips:
             ElasticTie(
                 self.surface(f"{lip}_{part}"),
                 BONE_STIFFNESS_MPA_PER_MM,
-                fade_mm=self.scenario.head.tie_fade_mm if part == "bone" else 0.0,
+                fade_mm=self.head.tie_fade_mm if part == "bone" else 0.0,
                 name=f"{lip}_{part}",
             )
             for lip in self.present
@@ -208,14 +205,18 @@ class Lips:
         lips = SelfContact(
             tuple(self.free_surface(lip, at_nodes=False) for lip in self.present),
             normal=normal,
-            friction=FrictionLaw(contact.lip_friction),
+            friction=on_lip,
             reach_mm=FOLD_REACH_MM,
             same_surface=True,
             name="lip on lip",
         )
         loads = () if self.pull is None else (self.load(self.pull),)
         return Model(
-            self.body, contacts=(*on_walls, *on_teeth, lips), ties=ties, inertia=TISSUE, loads=loads
+            self.body,
+            contacts=(*on_walls, *on_teeth, lips),
+            ties=ties,
+            inertia=numerics.inertia,
+            loads=loads,
         )
 
     def load(self, pull: Pull) -> DeadLoad:

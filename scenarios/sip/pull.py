@@ -158,7 +158,7 @@ class _Trial:
     @classmethod
     def of(cls, lips: Lips, muscle: Muscle, motion: RigidMotion) -> _Trial:
         scenario = lips.scenario
-        coarse = replace(scenario, solver=replace(scenario.solver, resolution="coarse"))
+        coarse = scenario.with_(numerics={"resolution": "coarse"})
         alone = replace(lips, scenario=coarse, present=(muscle.lip,), pull=None)
         system = alone.system
         times = np.concatenate(

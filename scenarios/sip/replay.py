@@ -18,7 +18,6 @@ from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import MarchResult, MarchStatus, march
 from fem2d.solvers.model import Model
 from fem2d.solvers.state import State
-from fem2d.solvers.step_control import StepSettings
 from geometry2d.foundation.progress import Progress
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from scenarios.results import messages
@@ -101,7 +100,7 @@ def prepared(scenario: Scenario, *, progress: Progress = lambda share, what: Non
         If the motion is missing, or never brings the neck near the lips, or if what is "auto"
         cannot be found.
     """
-    neck, head = scenario.package.section(), scenario.head_section()
+    neck, head = scenario.package.section(), scenario.head.section()
     progress(0.0, "placing the neck")
     placed = place(scenario, neck, head, recorded_motion(scenario, neck, head))
     lips = Lips(scenario, placed.head, neck)
@@ -122,7 +121,6 @@ def replay(
     on_model: Callable[[SectionModel], None] = lambda model: None,
     on_increment: Callable[[Increment], None],
     resume_from: Increment | None = None,
-    steps: StepSettings | None = None,
     progress: Progress = lambda share, what: None,
 ) -> Outcome:
     """Replay a scenario whose motion is known, and return how it went.
@@ -136,8 +134,6 @@ def replay(
     resume_from
         The last increment of an interrupted replay of the same scenario, with its checkpoint; the
         rest comes out bit for bit as if it had not been interrupted.
-    steps
-        How long steps are; the defaults are those of every reported result.
     progress
         Called with the share of the motion that is done.
 
@@ -150,7 +146,7 @@ def replay(
     """
     ready = prepared(scenario, progress=progress)
     system, motion, head_angle = ready.lips.system, ready.motion, ready.placed.head_angle_rad
-    steps = replace(steps or StepSettings(), watch_stability=True)
+    steps, newton = scenario.numerics.steps, scenario.numerics.newton
     state = system.at_rest(
         Load.at(motion.at(ready.start_s), ready.start_s), next_step_s=steps.longest_s
     )
@@ -180,6 +176,7 @@ def replay(
         solver=fastest_solver(),
         end_s=ready.end_s,
         steps=steps,
+        newton=newton,
         on_commit=commit,
     )
     body = ready.lips.body

@@ -132,7 +132,7 @@ def _solved_into(
     scenario: Scenario, out: Path, *, resume: bool, overwrite: bool, progress: Progress
 ) -> Solution:
     kept = MotionFile(f"{MOTION_FOLDER}/motion.csv")
-    text = resolved_toml(replace(scenario, motion=kept))
+    text = resolved_toml(replace(scenario.with_(motion=kept.file), motion=kept))
     inputs = _inputs(scenario)
     if (out / SUMMARY_FILE).is_file() and not overwrite:
         other = differing_input(out, fingerprint(text, inputs))
@@ -178,7 +178,7 @@ def _inputs(scenario: Scenario) -> dict[str, str]:
     ScenarioError
         If one of them is missing.
     """
-    files = {"package.outline": scenario.package.outline, "head.outline": scenario.head_outline}
+    files = {"package.outline": scenario.package.outline, "head.outline": scenario.head.outline}
     if scenario.motion is not None:
         files["motion.file"] = scenario.motion.file
     elif scenario.recording is not None:

@@ -56,11 +56,8 @@ class ElementOptions:
     mode: Literal["uniaxial", "equibiaxial", "planar", "compression"] = setting(
         default="uniaxial",
         description="uniaxial, equibiaxial, planar (pure shear), or compression only",
-        choices=("uniaxial", "equibiaxial", "planar", "compression"),
     )
-    direction: Literal["x", "y", "z"] = setting(
-        default="x", description="loaded axis of the cube", choices=AXES
-    )
+    direction: Literal["x", "y", "z"] = setting(default="x", description="loaded axis of the cube")
     from_mm: float = setting(
         default=-0.9,
         unit="mm",

@@ -38,7 +38,7 @@ from geometry2d.foundation.progress import Progress
 from geometry2d.foundation.settings import setting
 from geometry2d.mesh import polygon_mesh
 from geometry2d.neck import NECKS, NeckSection, neck_section
-from scenarios.settings.tables import nearest
+from scenarios.settings.names import nearest
 from scenarios.studies.aspiration import write_summary, write_table
 
 Array = NDArray[np.float64]
@@ -93,9 +93,7 @@ class PressOptions:
         default=1.0, minimum=0.0, maximum=10.0,
         description="friction coefficient of lip and neck", source="thesis section 4.1.2",
     )  # fmt: skip
-    plane: Literal["stress", "strain"] = setting(
-        default="stress", description="of the section", choices=("stress", "strain")
-    )
+    plane: Literal["stress", "strain"] = setting(default="stress", description="of the section")
     thickness_mm: float = setting(
         default=1.0, unit="mm", minimum=1e-3, maximum=1e3,
         description="of the section", source="the scenarios'",

@@ -40,7 +40,6 @@ MPA_PER_KPA = 1e-3
 CUP_HEIGHT_MM = 20.0
 """Of the drawn and modelled part of the cup's wall; tissue never gets that far."""
 ASSUMED = "assumed: the thesis' size is lost with its figure"
-ELEMENT_CHOICES = ("Q8R", "Q8", "Q8M", "Q8RM", "Q4", "Q4M", "Q4R", "T6", "T6M", "T3")
 
 
 class SuctionError(DrinksimError):
@@ -87,7 +86,6 @@ class SuctionOptions:
         "Q8R", "Q8", "Q8M", "Q8RM", "Q4", "Q4M", "Q4R", "T6", "T6M", "T3"
     ] = setting(
         default="Q8R", description="element type", source="the thesis' CAX8R",
-        choices=ELEMENT_CHOICES,
     )  # fmt: skip
     contact_mpa_per_mm: float = setting(
         default=10.0, unit="MPa/mm", minimum=1e-3, maximum=1e4,

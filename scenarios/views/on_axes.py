@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from geometry2d.rigid import UNMOVED
 from scenarios.results.increment import SectionModel, SolutionError
 from scenarios.results.quantities import LIPS
-from scenarios.settings.tables import nearest
+from scenarios.settings.names import nearest
 from scenarios.views.scene import (
     INK,
     QUIET,

@@ -16,7 +16,7 @@ from geometry2d.foundation.output import file_at_once
 from geometry2d.neck import NeckSection
 from scenarios.results.quantities import LIPS, Quantity
 from scenarios.results.solution import Solution
-from scenarios.settings.scenario import read_scenario
+from scenarios.settings.scenario import load_scenario
 from scenarios.views.scene import (
     INK,
     LOWER,
@@ -96,7 +96,7 @@ def plot_imprint(run: Path, out: Path) -> None:
         If ``run`` is not a run directory.
     """
     solution = Solution.load(run)
-    neck = read_scenario(str(run / "scenario.toml")).package.section()
+    neck = load_scenario(str(run / "scenario.toml")).package.section()
     figure = Figure(figsize=(9.0, 7.0), dpi=DPI, facecolor=PAPER, layout="constrained")
     FigureCanvasAgg(figure)
     imprint_maps(figure, solution, neck)

@@ -15,8 +15,8 @@ from mocap.motion.motion import Motion
 from mocap.motion.picture import PictureScale
 from mocap.tracking.marker_file import read_markers
 from scenarios.results.solution import Solution
-from scenarios.settings.scenario import Recording, read_scenario
-from scenarios.settings.tables import nearest
+from scenarios.settings.names import nearest
+from scenarios.settings.scenario import Recording, load_scenario
 from scenarios.views.filmed import Crop, Image, picture_scale, pictures_at
 from scenarios.views.scene import SHOWN, Shown, colour_limits, touched_points
 
@@ -63,7 +63,7 @@ class RunView:
         if field not in SHOWN:
             raise RunViewError(f"no field {field!r} to show: {nearest(field, SHOWN)}")
         solution = Solution.load(run)
-        scenario = read_scenario(str(run / "scenario.toml"))
+        scenario = load_scenario(str(run / "scenario.toml"))
         if beside_video and scenario.recording is None:
             raise RunViewError(
                 f"scenario {scenario.name!r} of {run} has no recording: leave out --beside-video"

@@ -9,7 +9,7 @@ import pytest
 from geometry2d.rigid import rotated
 from mocap.motion.motion import MarkedBody, Motion
 from scenarios.results.increment import Increment
-from scenarios.settings.scenario import read_scenario
+from scenarios.settings.scenario import load_scenario
 from scenarios.sip.replay import replay
 from scenarios.sip.run import convert_recording
 
@@ -22,7 +22,7 @@ UP_TO_S = 1.6
 
 @pytest.fixture(scope="module")
 def motion(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    recording = read_scenario("A38-F").recording
+    recording = load_scenario("A38-F").recording
     out = tmp_path_factory.mktemp("frames") / "motion"
     return convert_recording(recording, out, progress=lambda share, what: None).motion
 
@@ -56,7 +56,7 @@ def histories(motion: Path) -> dict[str, np.ndarray]:
         if increment.time_s > UP_TO_S:
             raise PastTheTouch
 
-    scenario = read_scenario("A38-F", ["solver.resolution=coarse"]).with_motion(motion)
+    scenario = load_scenario("A38-F", ["numerics.resolution=coarse"]).with_motion(motion)
     with pytest.raises(PastTheTouch):
         replay(scenario, on_increment=keep)
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}

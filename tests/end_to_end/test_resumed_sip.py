@@ -8,7 +8,7 @@ import pytest
 
 from mocap.convert import convert
 from scenarios.results.increment import Increment
-from scenarios.settings.scenario import Scenario, read_scenario
+from scenarios.settings.scenario import Scenario, load_scenario
 from scenarios.sip.replay import Outcome, replay
 
 pytestmark = pytest.mark.slow
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
-    scenario = read_scenario("A38-F", ["solver.resolution=coarse"])
+    scenario = load_scenario("A38-F", ["numerics.resolution=coarse"])
     assert scenario.recording is not None
     out = tmp_path_factory.mktemp("converted") / "motion"
     convert(Path(scenario.recording.video), Path(scenario.recording.markers), out=out)

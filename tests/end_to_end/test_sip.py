@@ -13,7 +13,7 @@ from geometry2d.rigid import RigidPlacement, rotated
 from scenarios.cli.commands import main
 from scenarios.results.increment import Increment
 from scenarios.results.solution import Solution
-from scenarios.settings.scenario import Scenario, read_scenario
+from scenarios.settings.scenario import Scenario, load_scenario
 from scenarios.sip.replay import Prepared, prepared, replay
 from scenarios.sip.run import convert_recording
 
@@ -82,7 +82,7 @@ def test_histories_do_not_jump(solution: Solution):
 
 def converted(name: str, folder: Path, *settings: str) -> Scenario:
     """A library scenario at coarse resolution, its motion taken from its recording."""
-    scenario = read_scenario(name, ["solver.resolution=coarse", *settings])
+    scenario = load_scenario(name, ["numerics.resolution=coarse", *settings])
     assert scenario.recording is not None
     conversion = convert_recording(
         scenario.recording, folder / "motion", progress=lambda share, what: None

@@ -10,7 +10,7 @@ from geometry2d.drawings.drawn_head import HeadDrawing
 from geometry2d.rigid import rotated
 from scenarios.cli.commands import main
 from scenarios.results.solution import Solution
-from scenarios.settings.scenario import read_scenario
+from scenarios.settings.scenario import load_scenario
 from scenarios.sip.recorded_motion import recorded_motion
 
 pytestmark = pytest.mark.slow
@@ -40,9 +40,9 @@ def test_a_drawn_head_drinks_like_the_measured_one(tmp_path: Path) -> None:
     nodes = lines[lines.index("*NODE, NSET=TISSUE") + 1 :][: len(two.model.nodes)]
     table = np.array([[float(x) for x in line.split(",")] for line in nodes])
     # The deck's axes are the section's own, the run's those of the recording.
-    scenario = read_scenario(str(drawn / "scenario.toml"))
+    scenario = load_scenario(str(drawn / "scenario.toml"))
     turn = recorded_motion(
-        scenario, scenario.package.section(), scenario.head_section()
+        scenario, scenario.package.section(), scenario.head.section()
     ).head_angle_rad
     np.testing.assert_allclose(rotated(table[:, 1:], turn), two.model.nodes, atol=1e-9)
     walls = [line for line in lines if line.startswith("*SURFACE, NAME=") and "SEGMENTS" in line]

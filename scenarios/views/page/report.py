@@ -7,7 +7,6 @@ from files (names, descriptions, settings) is escaped by :mod:`scenarios.views.p
 from __future__ import annotations
 
 import base64
-import tomllib
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -27,7 +26,8 @@ from scenarios.results.messages import felt_message, verdict_message
 from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution
 from scenarios.results.verdict import FAILURE, PAIN, Threshold, Verdict
-from scenarios.settings.scenario import Scenario, read_scenario
+from scenarios.settings.layers import values_by_path
+from scenarios.settings.scenario import Scenario, load_scenario
 from scenarios.views.page.figures import (
     Curve,
     Embedded,
@@ -86,7 +86,7 @@ class Reported:
     def force(self, axis: str) -> Array:
         """Return the force of both lips on the neck along ``axis``, x or y: (k,) N per mm width."""
         both = sum(self.solution[f"{lip}_lip_force_{axis}_n"].values for lip in LIPS)
-        return np.asarray(both) / self.scenario.solver.thickness_mm
+        return np.asarray(both) / self.scenario.numerics.thickness_mm
 
     @property
     def touched_s(self) -> float:
@@ -162,7 +162,7 @@ def _read(runs: Sequence[Path]) -> list[Reported]:
     names = Counter(run_view.name for run_view in stories)
     result = []
     for number, (folder, run_view) in enumerate(zip(runs, stories, strict=True), start=1):
-        scenario = read_scenario(str(folder / "scenario.toml"))
+        scenario = load_scenario(str(folder / "scenario.toml"))
         result.append(
             Reported(
                 label=run_view.name if names[run_view.name] == 1 else f"{run_view.name} ({folder})",
@@ -181,7 +181,7 @@ def _read(runs: Sequence[Path]) -> list[Reported]:
 def _run_view_of(run: Path) -> RunView:
     """Return a run's run_view, with the recording wherever its file is still there."""
     Solution.load(run)  # complains about a wrong directory before its scenario is looked for
-    recording = read_scenario(str(run / "scenario.toml")).recording
+    recording = load_scenario(str(run / "scenario.toml")).recording
     there = recording is not None and all(
         Path(file).is_file() for file in (recording.video, recording.markers)
     )
@@ -364,9 +364,9 @@ ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
             Row("neck", "", _neck_name),
             Row("skin", "", lambda run: run.scenario.skin.configuration),
             Row("friction on the package", "", lambda run: f"{run.scenario.contact.friction:g}"),
-            Row("plane", "", lambda run: run.scenario.solver.plane),
-            Row("resolution", "", lambda run: run.scenario.solver.resolution),
-            Row("thickness", "mm", lambda run: f"{run.scenario.solver.thickness_mm:g}"),
+            Row("plane", "", lambda run: run.scenario.numerics.plane),
+            Row("resolution", "", lambda run: run.scenario.numerics.resolution),
+            Row("thickness", "mm", lambda run: f"{run.scenario.numerics.thickness_mm:g}"),
             Row("elements", "", _summed("elements", "{:,.0f}")),
             Row("nodes", "", _summed("nodes", "{:,.0f}")),
         ],
@@ -452,8 +452,8 @@ def _key_numbers(runs: Sequence[Reported]) -> Markup:
     )
 
 
-TABLES = ("head", "package", "skin", "contact", "placement", "solver")
-"""The parts of a scenario that can make two runs differ, besides their motions."""
+NOT_COMPARED = ("name", "description", "recording", "motion")
+"""What a run is called and what it was made from; everything else of a scenario is a setting."""
 
 
 def _differences(runs: Sequence[Reported]) -> Markup:
@@ -475,17 +475,13 @@ def _differences(runs: Sequence[Reported]) -> Markup:
 
 
 def _settings_by_run(runs: Sequence[Reported]) -> dict[str, list[str]]:
-    """Return every setting by its name ``table.key``: its value in each run."""
-    documents = [tomllib.loads(run.scenario_toml) for run in runs]
-    names = {
-        f"{table}.{key}": (table, key)
-        for table in TABLES
-        for document in documents
-        for key in document.get(table, {})
-    }
+    """Return every setting by its path: its value in each run."""
+    settings = [values_by_path(run.scenario) for run in runs]
+    paths = dict.fromkeys(path for values in settings for path in values)
     return {
-        name: [str(document.get(table, {}).get(key, ABSENT)) for document in documents]
-        for name, (table, key) in names.items()
+        path: [str(values.get(path, ABSENT)) for values in settings]
+        for path in paths
+        if path.split(".")[0] not in NOT_COMPARED
     }
 
 

@@ -19,7 +19,7 @@ from scenarios.results.increment import Increment, SectionModel, SolutionError
 from scenarios.results.quantities import HISTORY
 from scenarios.results.solution import Solution
 from scenarios.results.writer import SolutionWriter
-from scenarios.settings.scenario import read_scenario
+from scenarios.settings.scenario import load_scenario
 
 TOML = 'name = "made up"\n'
 
@@ -48,7 +48,7 @@ def collected(model: SectionModel, increments: list[Increment]) -> Solution:
     collector.model(model)
     for increment in increments:
         collector.commit(increment)
-    scenario = read_scenario("A38-F")
+    scenario = load_scenario("A38-F")
     return collector.finish(scenario, finished=True, message="all of it", about={"elements": 7})
 
 

@@ -5,14 +5,14 @@ import pytest
 
 from fem2d.contact.rigid import rigid_contacts
 from fem2d.contact.self_contact import self_contacts
-from scenarios.settings.scenario import read_scenario
+from scenarios.settings.scenario import load_scenario
 from scenarios.sip.lip_model import Lips
 
 
 @pytest.fixture(scope="module")
 def lips() -> Lips:
-    scenario = read_scenario("DC-AE", ["solver.resolution=coarse"])
-    return Lips(scenario, scenario.head_section(), scenario.package.section())
+    scenario = load_scenario("DC-AE", ["numerics.resolution=coarse"])
+    return Lips(scenario, scenario.head.section(), scenario.package.section())
 
 
 @pytest.mark.parametrize("lip", ["upper", "lower"])

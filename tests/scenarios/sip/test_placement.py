@@ -15,7 +15,7 @@ from mocap.motion.motion import MarkedBody, Motion
 from scenarios.recordings.rendering import script_of
 from scenarios.results.messages import placement_message
 from scenarios.results.quantities import LIPS
-from scenarios.settings.scenario import LIBRARY, FirstContact, ScenarioError, read_scenario
+from scenarios.settings.scenario import LIBRARY, FirstContact, ScenarioError, load_scenario
 from scenarios.sip.placement import Placed, place
 from scenarios.sip.recorded_motion import RecordedMotion, recorded_motion
 from scenarios.sip.shift import UNKNOWNS, Shift, with_lower_face_moved
@@ -26,8 +26,8 @@ NO_SHIFT = Shift()
 @cache
 def parts(name: str):
     """Scenario, neck, head and the true motion."""
-    scenario, script = read_scenario(name), script_of(name)
-    scenario = replace(scenario, placement=read_scenario("A38-F").placement)
+    scenario, script = load_scenario(name), script_of(name)
+    scenario = replace(scenario, placement=load_scenario("A38-F").placement)
     seen = RecordedMotion(script.neck_motion(), head_angle_rad=0.1)
     return scenario, scenario.package.section(), script.face(), seen
 
@@ -157,8 +157,8 @@ def recorded(folder: Path, turn_deg: float) -> RecordedMotion:
         head_body=MarkedBody("head", axis_rad=np.deg2rad(12.3) + by),
         package_body=MarkedBody("package", axis_rad=np.deg2rad(125.8) + by),
     ).write(folder / "motion.csv", decimals=15)
-    scenario = read_scenario("A38-F").with_motion(folder / "motion.csv")
-    return recorded_motion(scenario, scenario.package.section(), scenario.head_section())
+    scenario = load_scenario("A38-F").with_motion(folder / "motion.csv")
+    return recorded_motion(scenario, scenario.package.section(), scenario.head.section())
 
 
 @pytest.mark.parametrize("turn_deg", [34.0, -120.0, 180.0])
@@ -173,9 +173,9 @@ def test_how_the_camera_stood_does_not_matter_to_the_last_bit(turn_deg, tmp_path
 
 def test_a_motion_that_does_not_say_how_the_head_was_turned_is_refused(tmp_path):
     truth = LIBRARY / "A38-F" / "truth_motion.csv"
-    scenario = read_scenario("A38-F").with_motion(truth)
+    scenario = load_scenario("A38-F").with_motion(truth)
     with pytest.raises(ScenarioError, match=r"how head was turned in the first frame.*two markers"):
-        recorded_motion(scenario, scenario.package.section(), scenario.head_section())
+        recorded_motion(scenario, scenario.package.section(), scenario.head.section())
 
 
 def test_what_cannot_be_explained_within_the_bounds_is_said():
@@ -190,7 +190,7 @@ def test_what_cannot_be_explained_within_the_bounds_is_said():
 def test_the_library_scenario_that_states_its_first_contacts_needs_no_shift():
     scenario, neck, head, seen = parts("A38-AE")
     wanted = [name for name in UNKNOWNS if name != "turn_deg"]
-    written = read_scenario("A38-AE", [f'placement.{name}="auto"' for name in wanted])
+    written = load_scenario("A38-AE", [f'placement.{name}="auto"' for name in wanted])
     scenario = replace(scenario, placement=written.placement, first_contact=written.first_contact)
     placed = place(scenario, neck, head, seen)
     assert set(placed.found) == set(UNKNOWNS) - {"turn_deg"}

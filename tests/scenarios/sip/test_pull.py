@@ -16,7 +16,7 @@ from fem2d.solvers.static import StaticStatus
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion
 from scenarios.recordings.rendering import script_of
-from scenarios.settings.scenario import ScenarioError, read_scenario
+from scenarios.settings.scenario import ScenarioError, load_scenario
 from scenarios.sip.lip_model import Lips, Pull
 from scenarios.sip.pull import FoundPull, found_pull
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 
 
 def lips(*overrides: str) -> Lips:
-    scenario = read_scenario("DC-AE", ["solver.resolution=coarse", *overrides])
+    scenario = load_scenario("DC-AE", ["numerics.resolution=coarse", *overrides])
     return Lips(scenario, script_of("DC-AE").face(), scenario.package.section())
 
 
@@ -99,7 +99,7 @@ def test_the_undrawn_lip_would_be_in_the_way():
 def test_the_resolution_of_the_replay_changes_nothing():
     direction = f"muscle.direction_deg={found().pull.direction_deg}"
     pulls = [
-        found_pull(lips(direction, f"solver.resolution={level}"), motion())
+        found_pull(lips(direction, f"numerics.resolution={level}"), motion())
         for level in ("coarse", "standard")
     ]
     assert pulls[0] == pulls[1]
@@ -110,7 +110,7 @@ def test_a_given_pull_is_kept_and_its_clearance_told():
     assert given is not None
     assert (given.pull.traction_kpa, given.pull.direction_deg) == (1.0, 30.0)
     assert given.clearance_mm == pytest.approx(clearance_of(given.pull), abs=0.05)
-    assert found_pull(replace(lips(), scenario=read_scenario("A38-F")), motion()) is None
+    assert found_pull(replace(lips(), scenario=load_scenario("A38-F")), motion()) is None
 
 
 def test_a_lip_that_cannot_be_drawn_clear_is_said():

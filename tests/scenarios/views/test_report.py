@@ -186,17 +186,17 @@ def test_runs_of_one_scenario_are_told_apart_and_forces_are_per_width(
     thick = tmp_path / "thick"
     shutil.copytree(run_directory, thick)
     with (thick / "scenario.toml").open("a") as toml:
-        toml.write("[solver]\nthickness_mm = 4.0\n")
+        toml.write("[numerics]\nthickness_mm = 4.0\n")
     write_report([run_directory, thick], tmp_path / "r.html")
     page = Page((tmp_path / "r.html").read_text())
     assert f"made up ({thick})" in page.text
     first, second = (float(x) for x in page.row("largest force on the hand, per mm of width"))
     assert second == pytest.approx(first / 4, rel=1e-3)
-    assert ["solver.thickness_mm", "–", "4.0"] in page.cells
+    assert ["numerics.thickness_mm", "1.0", "4.0"] in page.cells
 
 
 def test_a_comparison_says_what_differs(hostile_pair: Page) -> None:
-    assert ["contact.friction", "–", "0.25"] in hostile_pair.cells
+    assert ["contact.friction", "1.0", "0.25"] in hostile_pair.cells
     assert "Settings that differ between the runs: 1" in hostile_pair.text
 
 

@@ -1,0 +1,79 @@
+"""Tables of everything that changes a result and is not above: idealisation, mesh, laws, solver.
+
+The dataclasses of :mod:`fem2d` and :mod:`geometry2d` hold the defaults; here they are only put
+together, and the few that a sip needs otherwise are replaced.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.solvers.inertia import Inertia
+from fem2d.solvers.march import StepSettings
+from fem2d.solvers.newton import NewtonSettings
+from geometry2d.foundation.settings import setting
+from geometry2d.mesh import LEVELS, MeshSize
+from scenarios.settings.tables import SettingError
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """How the section is idealised, divided and solved."""
+
+    plane: Literal["stress", "strain"] = setting(
+        default="stress",
+        description="plane stress or plane strain",
+        source="thesis, section 4.2",
+    )
+    thickness_mm: float = setting(
+        default=1.0,
+        unit="mm",
+        minimum=1e-3,
+        maximum=1e3,
+        description="thickness of the section; forces are proportional to it",
+        source="Abaqus default",
+    )
+    resolution: str = setting(
+        default="standard",
+        presets=LEVELS,
+        of="mesh",
+        description="sizes of the mesh, which [numerics.mesh] changes one by one; thesis has "
+        "about 20,000 elements in the head",
+    )
+    mesh: MeshSize = setting(
+        default=LEVELS["standard"], description="sizes of elements; unless given, the resolution's"
+    )
+    steps: StepSettings = setting(
+        default=StepSettings(watch_stability=True),
+        omit=("watch_stability",),
+        description="lengths of steps in time",
+    )
+    newton: NewtonSettings = setting(
+        default=NewtonSettings(), description="when forces balance, and when to give up"
+    )
+    penalty: NormalLaw = setting(
+        default=NormalLaw(), description="normal contact, wherever surfaces touch"
+    )
+    stick: FrictionLaw = setting(
+        default=FrictionLaw(), omit=("coefficient",), description="friction before it slips"
+    )
+    inertia: Inertia = setting(
+        default=Inertia(relaxation_s=0.02),
+        description="time integration; tissue's density, and a relaxation that is short beside a "
+        "sip",
+    )
+
+    def __post_init__(self) -> None:
+        steps = self.steps
+        if steps.shortest_s > steps.longest_s:
+            raise SettingError(
+                f"numerics.steps.shortest_s = {steps.shortest_s:g} s is more than longest_s = "
+                f"{steps.longest_s:g} s"
+            )
+        if steps.easy_iterations >= steps.hard_iterations:
+            raise SettingError(
+                f"numerics.steps.easy_iterations = {steps.easy_iterations} is not less than "
+                f"hard_iterations = {steps.hard_iterations}"
+            )

@@ -1,0 +1,151 @@
+"""Tables of the person who drinks: the head section, its soft tissue, and what draws a lip."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Literal
+
+from geometry2d.anatomy.anthropometry import HeadMeasurements
+from geometry2d.anatomy.head import HeadSection, head_section
+from geometry2d.drawings.drawn_head import drawn_head
+from geometry2d.foundation.settings import setting
+from scenarios.settings.culprit import built
+from scenarios.settings.tables import SettingError
+
+DRAWN_HEAD_KEYS = ("dermis_thickness_mm", "tie_fade_mm")
+"""Measurements that a drawing of the head leaves open."""
+
+
+@dataclass(frozen=True)
+class Head:
+    """The head: measurements of an adult man unless they are changed, or the user's own drawing.
+
+    :mod:`geometry2d.drawings.drawn_head` says what a drawing holds.
+    """
+
+    outline: str | None = setting(
+        default=None,
+        file=True,
+        example="head.svg",
+        replaces=tuple(
+            field.name for field in fields(HeadMeasurements) if field.name not in DRAWN_HEAD_KEYS
+        ),
+        description="drawing of the head, SVG or DXF, in place of its measurements",
+    )
+    measurements: HeadMeasurements = setting(
+        default=HeadMeasurements(), inline=True, description="measurements of the head"
+    )
+
+    def section(self) -> HeadSection:
+        """Return the head, cut through its middle.
+
+        Raises
+        ------
+        SettingError
+            If the measurements do not describe a head: it names one of them.
+        geometry2d.drawings.chains.DrawingError
+            If the drawing does not.
+        """
+        measured = self.measurements
+        if self.outline is None:
+            return built(head_section, measured, HeadMeasurements(), where="head")
+        return drawn_head(
+            Path(self.outline),
+            dermis_mm=measured.dermis_thickness_mm,
+            tie_fade_mm=measured.tie_fade_mm,
+        )
+
+
+@dataclass(frozen=True)
+class Skin:
+    """What the soft tissue is made of."""
+
+    configuration: Literal["L1", "L2-GOH", "L2-Ogden"] = setting(
+        default="L2-Ogden",
+        description="materials of dermis and bulk",
+        source="thesis, Table 3.5",
+    )
+    dermis_stiffness: float = setting(
+        default=1.0,
+        minimum=0.01,
+        maximum=100.0,
+        description="factor on every stress of the dermis",
+    )
+
+
+@dataclass(frozen=True)
+class Muscle:
+    """A pseudo-muscle: a load that draws one lip out of the neck's way, until it is relaxed.
+
+    It acts on a stretch of the lip's skin, given by its arc length from the lip's margin: positive
+    towards the face, negative into the mouth.
+    """
+
+    tense_from_s: tuple[float, ...] = setting(
+        unit="s", minimum=0.0, description="when it begins to pull, each time, in the recording"
+    )
+    tense_to_s: tuple[float, ...] = setting(
+        unit="s", minimum=0.0, description="when it pulls in full"
+    )
+    relax_from_s: tuple[float, ...] = setting(
+        unit="s", minimum=0.0, description="when it begins to let go"
+    )
+    relax_to_s: tuple[float, ...] = setting(unit="s", minimum=0.0, description="when it has let go")
+    lip: Literal["upper", "lower"] = setting(default="upper", description="the lip that is drawn")
+    from_mm: float = setting(
+        default=-4.0, unit="mm", description="where the loaded stretch begins, from the margin"
+    )
+    to_mm: float = setting(default=8.0, unit="mm", description="where it ends")
+    fade_mm: float = setting(
+        default=2.0, unit="mm", minimum=0.1, description="over which the load fades at its ends"
+    )
+    traction_kpa: float | Literal["auto"] = setting(
+        default="auto",
+        unit="kPa",
+        minimum=0.0,
+        maximum=50.0,
+        description="force per undeformed area; auto: the smallest that clears the neck",
+    )
+    direction_deg: float | Literal["auto"] = setting(
+        default="auto",
+        unit="deg",
+        minimum=-180.0,
+        maximum=180.0,
+        description="of the pull, from forward (0) to upward (90); auto: where least is needed",
+    )
+    clearance_mm: float = setting(
+        default=0.5,
+        unit="mm",
+        minimum=0.0,
+        maximum=5.0,
+        description="between the lip and the neck while the muscle holds, for auto",
+    )
+
+    def __post_init__(self) -> None:
+        names = ("tense_from_s", "tense_to_s", "relax_from_s", "relax_to_s")
+        counts = [len(getattr(self, name)) for name in names]
+        if len(set(counts)) > 1 or 0 in counts:
+            raise SettingError(
+                f"muscle.{', '.join(names)} hold {counts} times: give one in each for every pull"
+            )
+        if any(b <= a for a, b in itertools.pairwise(self.instants_s)):
+            raise SettingError(
+                f"muscle.{', '.join(names)} give the instants "
+                f"{', '.join(f'{time:g}' for time in self.instants_s)} s: each must be later than "
+                "the one before"
+            )
+        if self.to_mm - self.from_mm < 2 * self.fade_mm:
+            raise SettingError(
+                f"muscle.fade_mm = {self.fade_mm:g} does not fit twice between from_mm = "
+                f"{self.from_mm:g} and to_mm = {self.to_mm:g}"
+            )
+
+    @property
+    def instants_s(self) -> tuple[float, ...]:
+        """Instants in order, s: begins to pull, pulls in full, begins to let go, has let go, ..."""
+        pulls = zip(
+            self.tense_from_s, self.tense_to_s, self.relax_from_s, self.relax_to_s, strict=True
+        )
+        return tuple(itertools.chain.from_iterable(pulls))
