@@ -227,7 +227,7 @@ def test_a_cube_is_pulled(capsys: pytest.CaptureFixture[str], tmp_path: Path) ->
     assert "element.png" in capsys.readouterr().out
     assert len((out / "element.csv").read_text().splitlines()) == 8
     assert "from_mm = -2 mm is too small" in complaint(capsys, *command, "--from-mm", "-2")
-    assert "points = 'x': give a whole number" in complaint(capsys, *command, "--points", "x")
+    assert 'points = "x": give a whole number' in complaint(capsys, *command, "--points", "x")
     assert "name one" in complaint(capsys, "element", "--out", out)
 
 

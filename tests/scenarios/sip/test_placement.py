@@ -183,7 +183,7 @@ def test_what_cannot_be_explained_within_the_bounds_is_said():
     misplaced = RecordedMotion(Shift(shift_y_mm=8.0).moved(seen.neck), seen.head_angle_rad)
     with pytest.raises(ScenarioError, match=r"no shift within 3 mm.*shift_y_mm reached the bound"):
         solved("A38-F", seen_contact("A38-F"), misplaced, shift_y_mm="auto", at_most_mm=3.0)
-    with pytest.raises(ScenarioError, match="needs something observed"):
+    with pytest.raises(SettingError, match="needs something observed"):
         solved("A38-F", FirstContact(), seen, shift_y_mm="auto")
 
 
