@@ -16,6 +16,7 @@ from scenarios.recordings.rendering import script_of
 from scenarios.results.messages import placement_message
 from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import LIBRARY, FirstContact, ScenarioError, load_scenario
+from scenarios.settings.tables import SettingError
 from scenarios.sip.placement import Placed, place
 from scenarios.sip.recorded_motion import RecordedMotion, recorded_motion
 from scenarios.sip.shift import UNKNOWNS, Shift, with_lower_face_moved
