@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fem2d.contact.laws import FrictionLaw, NormalLaw
+from fem2d.contact.search import SearchSettings
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.step_control import StepSettings
@@ -58,6 +59,9 @@ class Numerics:
     )
     stick: FrictionLaw = setting(
         default=FrictionLaw(), omit=("coefficient",), description="friction before it slips"
+    )
+    search: SearchSettings = setting(
+        default=SearchSettings(), description="what counts as a surface that faces another"
     )
     inertia: Inertia = setting(
         default=Inertia(relaxation_s=0.02),

@@ -175,6 +175,7 @@ class Lips:
                 surface,
                 getattr(self.neck, wall),
                 normal=normal,
+                search=numerics.search,
                 friction=on_neck,
                 name=f"{lip} lip on {wall}",
             )
@@ -186,6 +187,7 @@ class Lips:
                 surface,
                 getattr(self.head, f"{lip}_tooth"),
                 normal=normal,
+                search=numerics.search,
                 friction=on_tooth,
                 moving=False,
                 name=f"{lip} lip on {lip}_tooth",
@@ -205,6 +207,7 @@ class Lips:
         lips = SelfContact(
             tuple(self.free_surface(lip, at_nodes=False) for lip in self.present),
             normal=normal,
+            search=numerics.search,
             friction=on_lip,
             reach_mm=FOLD_REACH_MM,
             same_surface=True,
