@@ -17,7 +17,9 @@ import numpy as np
 
 from benchmarks.lip_press import CASES, model, pressed
 from fem2d.solvers.linear import DirectSolver, Pardiso, RefinedPardiso, SuperLu
-from fem2d.solvers.newton import STEP_RESIDUAL
+from fem2d.solvers.newton import NewtonSettings
+
+STEP_RESIDUAL = NewtonSettings().step_residual
 
 
 def timed(solver: DirectSolver, matrix, right_hand_side, repeats: int) -> tuple[float, float]:
