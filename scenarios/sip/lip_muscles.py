@@ -1,0 +1,77 @@
+"""The muscles of the lips in a meshed section: from anatomy to fibres in elements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem2d.body.body import Body
+from fem2d.loads.amplitude import Amplitude
+from fem2d.loads.muscle import FibresAcross, FibresInPlane, Muscle
+from fem2d.loads.muscle_law import MuscleFibre
+from geometry2d.anatomy.muscles import FibresAroundMouth, MuscleRegion
+
+Array = NDArray[np.float64]
+
+PARTS: Mapping[str, tuple[str, ...]] = {
+    "upper_orbicularis": ("upper_peripheral", "upper_marginal"),
+    "lower_orbicularis": ("lower_peripheral", "lower_marginal"),
+    "mentalis": ("mentalis",),
+    "levator": ("levator",),
+    "depressor": ("depressor",),
+}
+"""The muscles that are activated, and the parts of each in the section."""
+
+
+def lip_muscles(
+    body: Body,
+    regions: Mapping[str, MuscleRegion],
+    activations: Mapping[str, Amplitude],
+    *,
+    fibre: MuscleFibre | None = None,
+    corner_stretch: float = 1.0,
+) -> tuple[Muscle, ...]:
+    """Return the muscles of those lips that a body has.
+
+    Parameters
+    ----------
+    body
+        The lips, with the subdomain "bulk" of each.
+    regions
+        Where the muscles lie, by name (:func:`geometry2d.anatomy.muscles.muscle_regions`).
+    activations
+        How active each of `PARTS` is against time; what is not named does nothing and is left out.
+    fibre
+        The force–length law of all fibres; the default one if absent.
+    corner_stretch
+        Stretch of the mouth's corners.
+
+    Raises
+    ------
+    LoadError
+        If an activation lies outside 0…1.
+    """
+    law = fibre or MuscleFibre()
+    return tuple(
+        _muscle(body, regions[part], law, activation, corner_stretch)
+        for name, activation in activations.items()
+        for part in PARTS[name]
+        if f"{regions[part].lip}_bulk" in (body.mesh.subdomains or {})
+    )
+
+
+def _muscle(
+    body: Body, region: MuscleRegion, law: MuscleFibre, activation: Amplitude, corner: float
+) -> Muscle:
+    points = body.tables.points
+    deep = np.zeros(len(body.tables.connectivity), np.bool_)
+    deep[body.elements_of(f"{region.lip}_bulk")] = True
+    share = np.where(deep[:, None], region.share(points), 0.0)
+    fibres = (
+        FibresAcross(region.fibres.curvature(points), corner)
+        if isinstance(region.fibres, FibresAroundMouth)
+        else FibresInPlane(region.fibres.direction(points))
+    )
+    return Muscle(region.name, body, share, fibres, law, activation)
