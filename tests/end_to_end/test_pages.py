@@ -12,7 +12,7 @@ from tests.support.pages import ROOT, Reader, blocks, commands, pages
 
 PAGES = pages()
 LANGUAGES = {"sh", "python", "text", "toml", "csv", "xml", ""}
-SLOW = ("tutorials/",)
+SLOW = ("tutorials/", "how-to/")
 
 
 def name(page: Path) -> str:

@@ -23,6 +23,7 @@ from mocap.tracking.locate import locate_markers
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.noise import with_temporal_noise
 from mocap.video.frames import Video
+from tests.support.marks import slow
 
 ROOT = Path(__file__).parents[2]
 SIP = ROOT / "scenarios" / "library" / "A38-F"
@@ -216,7 +217,7 @@ def test_a_video_without_face_and_package_is_refused_in_words(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("name", ["A38-F", "A38-AE", "DC-F", "DC-AE"])
+@pytest.mark.parametrize("name", ["A38-F", slow("A38-AE"), "DC-F", slow("DC-AE")])
 @pytest.mark.parametrize("jaw", [True, False])
 def test_markers_are_told_by_their_layout_wherever_the_clip_starts(
     tmp_path: Path, name: str, jaw: bool
@@ -240,6 +241,7 @@ def test_markers_are_told_by_their_layout_wherever_the_clip_starts(
                 assert np.hypot(*apart) < 1.0, (frame.index, marker)
 
 
+@pytest.mark.slow
 def test_bottles_without_markers_are_refused_wherever_the_clip_starts(
     tmp_path: Path, recorded: Callable[[str], Path]
 ) -> None:

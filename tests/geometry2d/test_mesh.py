@@ -129,6 +129,7 @@ def test_edges_are_as_long_as_the_size_field_asks_near_contact(lip, reach_mm):
     assert arc_lengths(skin)[-1] > at
 
 
+@pytest.mark.slow
 def test_same_input_gives_the_same_bits_in_another_process():
     code = (
         "import hashlib; from geometry2d.anatomy.head import head_section;"
@@ -145,6 +146,7 @@ def test_same_input_gives_the_same_bits_in_another_process():
     assert len(digests) == 1
 
 
+@pytest.mark.slow
 @given(
     lip=st.floats(-1.3, 1.3), thick=st.floats(-1.3, 1.3), dermis=st.floats(0.8, 1.5),
     projection=st.floats(-1.3, 1.3),

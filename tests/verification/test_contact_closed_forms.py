@@ -28,6 +28,7 @@ from tests.support.contact_models import (
     still,
     unknowns,
 )
+from tests.support.marks import slow
 
 QUASI_STATIC = Inertia(0.0)
 NO_FRICTION = FrictionLaw(0.0)
@@ -47,7 +48,12 @@ def supported(body, pairs, *, symmetric=False, **options):
 
 @pytest.mark.parametrize(
     ("element", "finest", "sampled"),
-    [("Q4", 0.04, GAUSS_2), ("T6", 0.05, GAUSS_4), ("Q4", 0.04, NODES), ("T6", 0.05, NODES)],
+    [
+        slow("Q4", 0.04, GAUSS_2),
+        slow("T6", 0.05, GAUSS_4),
+        ("Q4", 0.04, NODES),
+        ("T6", 0.05, NODES),
+    ],
 )
 def test_hertz_cylinder(element, finest, sampled):
     # b² = 4 F'R/(π E*), p0 = 2 F'/(π b), here with the force found, half of which acts on the half
@@ -112,6 +118,7 @@ def pressure_under_crest(edge, **points):
     return place[place >= 0], pressure[place >= 0]
 
 
+@pytest.mark.slow
 def test_pressure_at_nodes_does_not_alternate_under_a_crest():
     place, pressure = pressure_under_crest(0.15, at_nodes=True)
     fine_place, fine = pressure_under_crest(0.05, at_nodes=True)
@@ -139,6 +146,7 @@ def test_without_points_between_nodes_an_edge_sinks_over_a_corner():
     assert last.contacts[0].contact.deepest(last.contacts[0]) > 0.02
 
 
+@pytest.mark.slow
 def test_points_between_nodes_stay_out_of_it_where_nodes_carry_the_load():
     _, alone = pressure_under_crest(0.1, at_nodes=True)
     place, watched = pressure_under_crest(0.1, at_nodes=True, between_nodes=2)

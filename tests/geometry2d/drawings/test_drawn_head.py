@@ -292,6 +292,7 @@ def stl_file(folder, name, triangles):
     return folder / name
 
 
+@pytest.mark.slow
 def test_a_head_is_cut_out_of_surfaces(tmp_path):
     """The head extruded to the left and right, its surfaces cut and the pieces named again."""
     head = measured()

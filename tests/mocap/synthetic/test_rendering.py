@@ -239,6 +239,7 @@ print(hashlib.sha256(pathlib.Path(sys.argv[1]).read_bytes()).hexdigest())
 """
 
 
+@pytest.mark.slow
 def test_bytes_do_not_depend_on_what_the_memory_held_before(tmp_path):
     """The C library fills fresh memory with a pattern (glibc; elsewhere the test is weaker)."""
     hashes = {

@@ -140,6 +140,7 @@ def test_depth_of_the_head_is_corrected_with_its_own_scale(clip: Clip) -> None:
     assert any("[scale] head is not given" in warning for warning in unsure["warnings"])
 
 
+@pytest.mark.slow
 def test_stated_errors_hold_for_pixels_and_motions() -> None:
     """Fractions within one and two standard errors over clips of different quality."""
     pixels, places, turns = [], [], []

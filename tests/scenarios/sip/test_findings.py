@@ -126,6 +126,7 @@ def test_a_much_wider_neck_is_odd(head, neck):
     assert not any("diameter" in f.message for f in found_with(head, narrow, sip(), filmed=neck))
 
 
+@pytest.mark.slow
 def test_a_neck_with_its_rim_at_the_wrong_end(head, neck):
     turned = sip()
     left, right = neck.lower_wall.box[0], neck.lower_wall.box[2]

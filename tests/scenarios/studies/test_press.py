@@ -33,6 +33,7 @@ def imprints() -> dict[str, Imprint]:
     return found
 
 
+@pytest.mark.slow
 def test_crests_are_touched_and_roots_are_not(imprints):
     for imprint in imprints.values():
         assert imprint.crests == ("crest_1", "crest_2")
@@ -43,6 +44,7 @@ def test_crests_are_touched_and_roots_are_not(imprints):
         assert 0.0 < imprint.depth_mm[1] - imprint.thread_end_mm < 4.0
 
 
+@pytest.mark.slow
 def test_ogden_lips_hug_the_neck_more_than_gasser_lips(imprints):
     assert imprints["L2-Ogden"].contact_mm > 1.2 * imprints["L2-GOH"].contact_mm
     assert imprints["L2-Ogden"].pressure_kpa.max() < imprints["L2-GOH"].pressure_kpa.max()
