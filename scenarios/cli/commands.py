@@ -128,6 +128,22 @@ def _replay(options: argparse.Namespace) -> int:
     return 0 if solution.finished else _complain(solution.message, NOT_FINISHED)
 
 
+def _preview(options: argparse.Namespace) -> int:
+    from scenarios.sip.findings import Severity
+    from scenarios.views.preview import write_preview
+
+    with progress_line("preview") as progress:
+        found = write_preview(_chosen_scenario(options), options.out, progress=progress)
+    errors = [finding for finding in found if finding.severity is Severity.ERROR]
+    for finding in found:
+        if finding.severity is Severity.WARNING:
+            print(f"warning: {finding}")
+    if errors:
+        return _complain("; ".join(str(finding) for finding in errors))
+    print(f"{options.out}: head and neck at first contact, half way and at last contact")
+    return 0
+
+
 def _element(options: argparse.Namespace) -> int:
     from scenarios.studies.element import element_study, thesis_figures
 
@@ -283,7 +299,7 @@ def _stage(title: str) -> Iterator[Progress]:
 def _chosen_scenario(options: argparse.Namespace) -> Scenario:
     overrides = list(options.set)
     for name in ("plane", "resolution"):
-        if getattr(options, name) is not None:
+        if getattr(options, name, None) is not None:
             overrides.append(f"numerics.{name}={getattr(options, name)}")
     if options.motion is not None:
         overrides.append(f"motion.file={toml_value(str(options.motion))}")
@@ -403,6 +419,23 @@ def _parser() -> argparse.ArgumentParser:
         "--overwrite", action="store_true", help="discard what an earlier run left in --out"
     )
     _add_set(replay)
+
+    preview = command(
+        "preview",
+        _preview,
+        "show head and neck at three instants, and what is odd, before anything is computed",
+        "drinksim preview A38-F --set package.crests=1 --out preview.png",
+    )
+    preview.add_argument(
+        "scenario", metavar="SCENARIO", help="a library name (see drinksim scenarios) or a file"
+    )
+    preview.add_argument(
+        "--out", metavar="FILE", type=Path, required=True, help="picture: .png, .svg or .pdf"
+    )
+    preview.add_argument(
+        "--motion", metavar="FILE", type=Path, help="motion.csv to show instead of the scenario's"
+    )
+    _add_set(preview)
 
     element = command(
         "element",

@@ -65,6 +65,22 @@ def placement_message(about: Mapping[str, Any]) -> str:
     return f"moved, {how}: {', '.join(moved)}"
 
 
+def carried_message(about: Mapping[str, Any]) -> str | None:
+    """Return how a neck that was not filmed is carried, from ``placement.carried``."""
+    along, across = about["shift_along_axis_mm"], about["shift_across_axis_mm"]
+    if not (along or across):
+        return None
+    held = {
+        "lower_rim": "lower rim edge",
+        "rim_centre": "rim centre",
+        "marks": "lower mark",
+    }[about["anchor"]]
+    return (
+        f"this neck was not filmed: its {held} is where the filmed neck's was, and its lower mark "
+        f"({along:+.1f}, {across:+.1f}) mm along and across the axis from the filmed one's"
+    )
+
+
 def muscle_message(about: Mapping[str, Any]) -> str:
     """Return which lip is pulled how, from the summary's ``muscle``."""
     return (

@@ -71,6 +71,10 @@ class Placement:
         maximum=20.0,
         description="lower lip, jaw and tooth upward",
     )
+    anchor: Literal["lower_rim", "rim_centre", "marks"] = setting(
+        default="lower_rim",
+        description="what of a neck that was not filmed is where it was on the filmed one",
+    )
     at_most_mm: float = setting(
         default=10.0, unit="mm", minimum=0.1, maximum=20.0, description="bound of every auto shift"
     )

@@ -23,7 +23,15 @@ from scenarios.settings.files import (
     library_names,
     settings_layer,
 )
-from scenarios.settings.layers import Given, Layer, Shape, document_of, laid_over, nested
+from scenarios.settings.layers import (
+    Given,
+    Layer,
+    Shape,
+    document_of,
+    laid_over,
+    nested,
+    values_by_path,
+)
 from scenarios.settings.motion import FirstContact, MotionFile, Placement, Recording
 from scenarios.settings.numerics import Numerics
 from scenarios.settings.package import Contact, Package
@@ -70,6 +78,11 @@ class Scenario:
     )
     head: Head = setting(default=Head(), description="the head section")
     package: Package = setting(default=Package(), description="the package's neck")
+    filmed: Package | None = setting(
+        default=None,
+        description="the neck that was filmed, where another one takes its place; if absent, the "
+        "package's own",
+    )
     skin: Skin = setting(default=Skin(), description="the soft tissue")
     contact: Contact = setting(default=Contact(), description="friction")
     placement: Placement = setting(
@@ -133,11 +146,19 @@ class Scenario:
         )
 
     def with_motion(self, file: Path) -> Scenario:
-        """Return this scenario driven by the given ``motion.csv``."""
-        return self.with_(motion=file.resolve())
+        """Return this scenario driven by the given ``motion.csv`` of its own recording."""
+        return self.with_(motion=file.resolve(), filmed=self.filmed)
+
+    @property
+    def filmed_package(self) -> Package:
+        """The package that the motion is of."""
+        return self.package if self.filmed is None else self.filmed
 
 
 SHAPE = Shape.of(Scenario)
+
+FILM = ("recording.", "motion.")
+"""Beginnings of the paths of keys that say what was filmed."""
 
 
 def load_scenario(name_or_file: str | Path, settings: Sequence[str] = ()) -> Scenario:
@@ -165,13 +186,32 @@ def load_scenario(name_or_file: str | Path, settings: Sequence[str] = ()) -> Sce
 
 def scenario_from(layers: Sequence[Layer]) -> Scenario:
     """Return the checked scenario of layers of settings; errors as of :func:`load_scenario`."""
-    given = laid_over(SHAPE, layers)
+    given = _with_filmed(layers, laid_over(SHAPE, layers))
     scenario = table_from(Scenario, nested(given), where="")
     dropped = _without_effect(scenario, given)
     if not dropped:
         return scenario
     kept = {path: each for path, each in given.items() if path not in dropped}
     return table_from(Scenario, nested(kept), where="")
+
+
+def _with_filmed(layers: Sequence[Layer], given: Mapping[str, Given]) -> dict[str, Given]:
+    """Return what is given with the filmed neck, where a later layer has put another in its place.
+
+    The layer that names the film, or its motion, means the neck that was filmed, unless it says
+    otherwise itself.
+    """
+    film = max((each.layer for path, each in given.items() if path.startswith(FILM)), default=0)
+    if any(each.layer >= film for path, each in given.items() if path.startswith("filmed.")):
+        return dict(given)
+    kept = {path: each for path, each in given.items() if not path.startswith("filmed.")}
+    then, now = (
+        table_from(Package, nested(values).get("package", {}), where="package")
+        for values in (laid_over(SHAPE, layers[: film + 1]), given)
+    )
+    if then == now:
+        return kept
+    return kept | {f"filmed.{path}": Given(v, film) for path, v in values_by_path(then).items()}
 
 
 def resolved_toml(scenario: Scenario) -> str:

@@ -269,7 +269,7 @@ def _bone_findings(
 def _lip_findings(
     head: HeadSection, neck: NeckSection, times: Array, places: list[RigidPlacement]
 ) -> Iterator[Finding]:
-    gaps = {lip: _gaps(head, neck, places, lip) for lip in LIPS}
+    gaps = {lip: gaps_mm(head, neck, places, lip) for lip in LIPS}
     if all(gap[0] < -STARTS_FREE_MM for gap in gaps.values()):
         yield Finding(
             Severity.ERROR,
@@ -310,7 +310,7 @@ def _touch_findings(lip: str, gap: Array, times: Array) -> Iterator[Finding]:
             )
 
 
-def _gaps(head: HeadSection, neck: NeckSection, places: list[RigidPlacement], lip: str) -> Array:
+def gaps_mm(head: HeadSection, neck: NeckSection, places: list[RigidPlacement], lip: str) -> Array:
     """Return the smallest distance (n,) of a lip's undeformed skin from the neck, mm."""
     skin = getattr(head, lip).curves["skin"]
     local = np.concatenate([place.pull_back(skin) for place in places])

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,11 +21,14 @@ from fem2d.solvers.model import Model
 from fem2d.solvers.state import State
 from geometry2d.foundation.progress import Progress
 from geometry2d.rigid import RigidMotion, RigidPlacement
+from mocap.tracking.marker_file import read_markers
 from scenarios.results import messages
 from scenarios.results.increment import Increment, SectionModel
 from scenarios.results.quantities import LIPS
 from scenarios.results.recorder import Recorder, restored
 from scenarios.settings.scenario import Scenario, ScenarioError
+from scenarios.sip.carrying import CarriedNeck, carried
+from scenarios.sip.findings import Finding, Severity, findings_of, neck_findings
 from scenarios.sip.lip_model import Lips
 from scenarios.sip.measures import LipMeasures
 from scenarios.sip.placement import Placed, place
@@ -76,6 +80,10 @@ class Prepared:
         The part of it that is replayed.
     placed, pull
         How neck and lower face were placed, and what pulls on a lip.
+    carried
+        How the neck takes the place of the one that was filmed.
+    findings
+        What is odd about all this.
     """
 
     lips: Lips
@@ -84,10 +92,16 @@ class Prepared:
     end_s: float
     placed: Placed
     pull: FoundPull | None
+    carried: CarriedNeck
+    findings: tuple[Finding, ...]
 
     def about(self) -> dict[str, Any]:
         """Return the numbers for the summary."""
-        about = {"placement": self.placed.about()}
+        about: dict[str, Any] = {
+            "placement": self.placed.about() | {"carried": self.carried.about()}
+        }
+        if self.findings:
+            about["warnings"] = [str(finding) for finding in self.findings]
         return about if self.pull is None else about | {"muscle": self.pull.about()}
 
 
@@ -97,22 +111,66 @@ def prepared(scenario: Scenario, *, progress: Progress = lambda share, what: Non
     Raises
     ------
     ScenarioError
-        If the motion is missing, or never brings the neck near the lips, or if what is "auto"
-        cannot be found.
+        If the motion is missing, contradicts head or neck, or never brings the neck near the lips,
+        or if what is "auto" cannot be found.
     """
-    neck, head = scenario.package.section(), scenario.head.section()
     progress(0.0, "placing the neck")
-    placed = place(scenario, neck, head, recorded_motion(scenario, neck, head))
-    lips = Lips(scenario, placed.head, neck)
-    pull = found_pull(lips, placed.motion, progress=progress)
+    placed, carried_neck, found = placed_neck(scenario)
+    refuse_contradictions(found)
+    motion = carried_neck.motion
+    lips = Lips(scenario, placed.head, scenario.package.section())
+    pull = found_pull(lips, motion, progress=progress)
     if pull is not None:
         lips = replace(lips, pull=pull.pull)
     progress(0.0, "meshing the lips")
-    start_s, end_s = _contact_period(lips.system, placed.motion)
+    start_s, end_s = _contact_period(lips.system, motion)
     if scenario.muscle is not None:
         start_s = min(start_s, scenario.muscle.instants_s[0])
         end_s = max(end_s, scenario.muscle.instants_s[-1])
-    return Prepared(lips, placed.motion, start_s, end_s, placed, pull)
+    return Prepared(lips, motion, start_s, end_s, placed, pull, carried_neck, found)
+
+
+def placed_neck(scenario: Scenario) -> tuple[Placed, CarriedNeck, tuple[Finding, ...]]:
+    """Return where head and neck are in the recorded motion, and what is wrong or odd about it.
+
+    Raises
+    ------
+    ScenarioError
+        If the motion is missing, or if what is "auto" cannot be found.
+    """
+    neck, filmed = scenario.package.section(), scenario.filmed_package.section()
+    head = scenario.head.section()
+    placed = place(scenario, filmed, head, recorded_motion(scenario, filmed, head))
+    carried_neck = carried(placed.motion, filmed, neck, scenario.placement.anchor)
+    found = findings_of(
+        placed.head,
+        neck,
+        carried_neck.motion,
+        filmed=filmed,
+        mark_distance_mm=mark_distance_mm(scenario),
+    )
+    return placed, carried_neck, found
+
+
+def neck_findings_of(scenario: Scenario) -> tuple[Finding, ...]:
+    """Return what is wrong or odd about the neck alone, before any motion is known."""
+    filmed = scenario.filmed_package.section()
+    return tuple(neck_findings(scenario.package.section(), filmed, mark_distance_mm(scenario)))
+
+
+def mark_distance_mm(scenario: Scenario) -> float | None:
+    """Return how far apart the recording's two marks on the neck are, mm; None if unknown."""
+    if scenario.recording is None or not Path(scenario.recording.markers).is_file():
+        return None
+    markers = read_markers(scenario.recording.markers)
+    return markers.scale_mm[markers.moving]
+
+
+def refuse_contradictions(found: Sequence[Finding]) -> None:
+    """Raise :class:`ScenarioError` if a finding contradicts the recording."""
+    errors = [str(finding) for finding in found if finding.severity is Severity.ERROR]
+    if errors:
+        raise ScenarioError("; ".join(errors))
 
 
 def replay(
@@ -213,6 +271,8 @@ def _messages(
             end_s=ready.end_s,
         ),
         messages.placement_message(about["placement"]),
+        messages.carried_message(about["placement"]["carried"]),
+        *about.get("warnings", ()),
         messages.muscle_message(about["muscle"]) if "muscle" in about else None,
         messages.unstable_message(about["unstable"]),
         messages.crushed_message(about["largest_penetration_neck_mm"]),

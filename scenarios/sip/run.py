@@ -22,7 +22,7 @@ from scenarios.settings.scenario import (
     ScenarioError,
     resolved_toml,
 )
-from scenarios.sip.replay import replay
+from scenarios.sip.replay import neck_findings_of, refuse_contradictions, replay
 
 MOTION_FOLDER = "motion"
 MOTION_FILES = ("motion.csv", "summary.json", "tracks.csv")
@@ -106,6 +106,7 @@ def solve(
     OSError
         If ``out`` cannot be written.
     """
+    refuse_contradictions(neck_findings_of(scenario))
     with chosen_progress(progress, f"replay {scenario.name}") as show:
         if out is None:
             return _solved_in_memory(scenario, show)
@@ -116,7 +117,7 @@ def _solved_in_memory(scenario: Scenario, progress: Progress) -> Solution:
     collector = SolutionCollector()
     with TemporaryDirectory() as folder:
         outcome = replay(
-            _with_motion(scenario, Path(folder), progress),
+            with_known_motion(scenario, Path(folder), progress),
             on_model=collector.model,
             on_increment=collector.commit,
             progress=progress,
@@ -132,7 +133,8 @@ def _solved_into(
     scenario: Scenario, out: Path, *, resume: bool, overwrite: bool, progress: Progress
 ) -> Solution:
     kept = MotionFile(f"{MOTION_FOLDER}/motion.csv")
-    text = resolved_toml(replace(scenario.with_(motion=kept.file), motion=kept))
+    with_motion = scenario.with_(motion=kept.file, filmed=scenario.filmed)
+    text = resolved_toml(replace(with_motion, motion=kept))
     inputs = _inputs(scenario)
     if (out / SUMMARY_FILE).is_file() and not overwrite:
         other = differing_input(out, fingerprint(text, inputs))
@@ -216,7 +218,7 @@ def _provided_motion(scenario: Scenario, writer: SolutionWriter, progress: Progr
     return kept
 
 
-def _with_motion(scenario: Scenario, folder: Path, progress: Progress) -> Scenario:
+def with_known_motion(scenario: Scenario, folder: Path, progress: Progress) -> Scenario:
     """Return the scenario with a motion; its recording is converted into ``folder`` if need be."""
     if scenario.motion is not None:
         return scenario

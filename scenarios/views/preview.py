@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geometry2d.anatomy.head import HeadSection
+from geometry2d.foundation.output import file_at_once
+from geometry2d.foundation.progress import Progress
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 from geometry2d.views.draw import draw_head, draw_neck
+from scenarios.results.messages import carried_message, placement_message
+from scenarios.results.quantities import LIPS
+from scenarios.settings.scenario import Scenario
+from scenarios.sip.findings import Finding, Severity, gaps_mm
+from scenarios.sip.replay import NEAR_MM, neck_findings_of, placed_neck
+from scenarios.sip.run import with_known_motion
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,8 +33,72 @@ HALF_VIEW_MM = 40.0
 """Half the width and the height of a panel."""
 
 LINE_CHARACTERS = 118
+DOTS_PER_INCH = 110
+INSTANTS = 200
 PANEL_INCHES = 4.2
 ROW_INCHES = 0.24
+
+
+def write_preview(scenario: Scenario, out: Path, *, progress: Progress) -> tuple[Finding, ...]:
+    """Write the picture of a preview and return what is wrong or odd, errors first.
+
+    Where the neck alone contradicts the recording, nothing is converted and no picture written.
+
+    Parameters
+    ----------
+    scenario
+        Its recording is converted first if it has no motion.
+    out
+        A file name, .png, .svg or .pdf.
+    progress
+        Told how far it is.
+
+    Raises
+    ------
+    DrinksimError
+        If an input cannot be used.
+    """
+    of_neck = neck_findings_of(scenario)
+    if any(finding.severity is Severity.ERROR for finding in of_neck):
+        return of_neck
+    with TemporaryDirectory() as folder:
+        known = with_known_motion(scenario, Path(folder), progress)
+        placed, carried, found = placed_neck(known)
+    progress(1.0, "drawing")
+    neck = scenario.package.section()
+    notes = [placement_message(placed.about()), carried_message(carried.about())]
+    figure = preview_figure(
+        f"{scenario.name}: {_neck_name(scenario)}",
+        placed.head,
+        neck,
+        carried.motion,
+        _telling_instants(placed.head, neck, carried.motion),
+        head_angle_rad=placed.head_angle_rad,
+        errors=[str(f) for f in found if f.severity is Severity.ERROR],
+        warnings=[str(f) for f in found if f.severity is Severity.WARNING],
+        notes=[note for note in notes if note],
+    )
+    with file_at_once(out) as partial:
+        figure.savefig(partial, dpi=DOTS_PER_INCH)
+    return found
+
+
+def _neck_name(scenario: Scenario) -> str:
+    package = scenario.package
+    if package.outline is not None:
+        return f"neck drawn in {Path(package.outline).name}"
+    return f"neck {package.neck}" + ("" if scenario.filmed is None else ", changed")
+
+
+def _telling_instants(head: HeadSection, neck: NeckSection, motion: RigidMotion) -> list[float]:
+    """Return when the neck first comes near the lips, half way, and when it last is near, s."""
+    times = np.linspace(motion.time_s[0], motion.time_s[-1], INSTANTS)
+    places = [motion.at(float(time)) for time in times]
+    gap = np.min([gaps_mm(head, neck, places, lip) for lip in LIPS], axis=0)
+    near = times[gap < NEAR_MM]
+    if near.size == 0:
+        return [float(times[int(np.argmin(gap))])]
+    return [float(near[0]), 0.5 * float(near[0] + near[-1]), float(near[-1])]
 
 
 def preview_figure(

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from geometry2d.foundation.progress import progress_line
+from geometry2d.neck import A38_NECK
 from mocap.synthetic.rendering import write_recording
 from mocap.video.frames import Video
 from scenarios.cli.commands import main
@@ -431,3 +432,26 @@ def test_an_error_of_ours_is_a_line_and_a_bug_is_not(
     monkeypatch.setattr(run, "replay", buggy)
     with pytest.raises(ValueError, match="broadcast"):
         main(["replay", "A38-F", "--motion", str(motion), "--out", str(tmp_path / "run")])
+
+
+def test_a_preview_refuses_a_drawing_in_centimetres(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    settings = [
+        f"--set=package.{name}={getattr(A38_NECK, name) / 10}"
+        for name in (
+            "thread_diameter_mm",
+            "root_diameter_mm",
+            "wall_thickness_mm",
+            "rim_radius_mm",
+            "crest_radius_mm",
+            "root_radius_mm",
+            "land_mm",
+            "pitch_mm",
+            "crest_width_mm",
+            "mark_distance_mm",
+        )
+    ]
+    line = complaint(capsys, "preview", "A38-F", *settings, "--out", tmp_path / "preview.png")
+    assert "a drawing in cm" in line
+    assert not (tmp_path / "preview.png").exists()
