@@ -1,14 +1,21 @@
 """Settings of the documentation site: ``make docs`` builds it, offline, with warnings as errors."""
 
+import re
 import sys
 from importlib.metadata import version as installed_version
 from pathlib import Path
 
+from sphinx.application import Sphinx
+
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent), str(HERE / "_extensions")]
 
+BARS = re.compile(r"(?<!`)\|(?!`)(?=(?:[^`]*``[^`]*``)*[^`]*$)")
+"""Bars outside of literals."""
+
 project = "drinksim"
 author = "The drinksim developers"
+project_copyright = author
 version = release = installed_version("drinksim")
 
 extensions = [
@@ -24,10 +31,13 @@ exclude_patterns = ["_*"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 
-autosummary_ignore_module_all = False
 autodoc_member_order = "bysource"
-autodoc_typehints = "signature"
+autodoc_type_aliases = {name: name for name in ("Array", "ArrayLike", "Indices", "Integers")}
+napoleon_attr_annotations = False
+napoleon_use_ivar = True
 python_use_unqualified_type_names = True
+# Classes of different modules may share a name that a docstring says without its module.
+suppress_warnings = ["ref.python"]
 
 html_theme = "furo"
 html_title = f"drinksim {release}"
@@ -36,3 +46,15 @@ html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False
 html_math_renderer = "svg"
+
+
+def plain_text(
+    app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]
+) -> None:
+    """Let bars in a docstring be bars: they say absolute values, not substitutions."""
+    lines[:] = [BARS.sub(r"\\|", line) for line in lines]
+
+
+def setup(app: Sphinx) -> None:
+    """Read docstrings as plain text first."""
+    app.connect("autodoc-process-docstring", plain_text)

@@ -1,6 +1,6 @@
 """The text of ``motion.csv``: a header of ``# key = value`` lines and a table of numbers.
 
-The header is optional. Each of its lines is TOML behind ``# ``; other comment lines are ignored.
+The header is optional. Each of its lines is TOML behind ``#``; other comment lines are ignored.
 Angles are in degrees, lengths in mm, times in s, y points up, and angles are counter-clockwise.
 
 =====================  ============================================================================

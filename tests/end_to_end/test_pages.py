@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from scenarios.cli.commands import _parser
+from scenarios.settings.scenario import load_scenario, resolved_toml
 from tests.support.pages import ROOT, Reader, blocks, commands, pages
 
 PAGES = pages()
@@ -69,3 +70,17 @@ def test_modules_that_a_page_names_exist(page):
     text = page.read_text(encoding="utf-8")
     for module in re.findall(r"`((?:geometry2d|mocap|fem2d|scenarios|drinksim)/[\w/]+\.py)`", text):
         assert (ROOT / module).is_file(), module
+
+
+def test_every_table_of_a_scenario_is_in_the_reference():
+    page = (ROOT / "docs" / "reference" / "scenario.md").read_text(encoding="utf-8")
+    tables = re.findall(r"^(?:# )?\[([\w.]+)\]", resolved_toml(load_scenario("DC-AE")), re.MULTILINE)
+    assert {f"`[{table}]`" for table in tables} == set(re.findall(r"^\| (`\[[\w.]+\]`) \|", page, re.M))
+
+
+def test_every_command_is_in_the_reference():
+    page = (ROOT / "docs" / "reference" / "commands.md").read_text(encoding="utf-8")
+    (commands_of_parser,) = (
+        action.choices for action in _parser()._actions if isinstance(action.choices, dict)
+    )
+    assert set(re.findall(r"^\| `drinksim (\w+)", page, re.M)) == set(commands_of_parser)
