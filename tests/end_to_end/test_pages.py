@@ -74,8 +74,12 @@ def test_modules_that_a_page_names_exist(page):
 
 def test_every_table_of_a_scenario_is_in_the_reference():
     page = (ROOT / "docs" / "reference" / "scenario.md").read_text(encoding="utf-8")
-    tables = re.findall(r"^(?:# )?\[([\w.]+)\]", resolved_toml(load_scenario("DC-AE")), re.MULTILINE)
-    assert {f"`[{table}]`" for table in tables} == set(re.findall(r"^\| (`\[[\w.]+\]`) \|", page, re.M))
+    tables = re.findall(
+        r"^(?:# )?\[([\w.]+)\]", resolved_toml(load_scenario("DC-AE")), re.MULTILINE
+    )
+    assert {f"`[{table}]`" for table in tables} == set(
+        re.findall(r"^\| (`\[[\w.]+\]`) \|", page, re.M)
+    )
 
 
 def test_every_command_is_in_the_reference():
