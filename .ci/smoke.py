@@ -53,7 +53,6 @@ def solve_a_bar() -> None:
     import skfem
 
     from fem2d.body.body import Body
-    from fem2d.body.kinematics import Plane
     from fem2d.loads.load import Load
     from fem2d.materials.neo_hookean import NeoHookean
     from fem2d.solvers.model import Model
@@ -65,8 +64,8 @@ def solve_a_bar() -> None:
         "right": lambda x: np.isclose(x[0], 8),
         "bottom": lambda x: np.isclose(x[1], 0),
     }
-    law = NeoHookean.from_poisson(0.01, 0.3)
-    body = Body.of(mesh.with_boundaries(sides), law, plane=Plane.STRESS)
+    law = NeoHookean(0.01, poisson=0.3)
+    body = Body(mesh.with_boundaries(sides), law, plane="stress")
     left, right, bottom = (body.boundary_nodes(side) for side in sides)
     held = np.concatenate([2 * left, 2 * right, 2 * bottom + 1])
     move = np.concatenate([0.0 * left, np.full(len(right), 0.08), 0.0 * bottom])
