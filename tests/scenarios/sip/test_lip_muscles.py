@@ -14,7 +14,7 @@ from fem2d.loads.amplitude import Amplitude
 from fem2d.loads.load import Load
 from fem2d.solvers.static import StaticResult, solve_static
 from geometry2d.anatomy.muscles import muscle_regions
-from scenarios.settings.scenario import read_scenario
+from scenarios.settings.scenario import load_scenario
 from scenarios.sip.lip_model import Lips
 from scenarios.sip.lip_muscles import PARTS, lip_muscles
 
@@ -22,8 +22,8 @@ ORBICULARIS = ("upper_orbicularis", "lower_orbicularis")
 
 
 def lips_of(*overrides: str) -> Lips:
-    scenario = read_scenario("A38-F", ["solver.resolution=coarse", *overrides])
-    return Lips(scenario, scenario.head_section(), scenario.package.section())
+    scenario = load_scenario("A38-F", ["numerics.resolution=coarse", *overrides])
+    return Lips(scenario, scenario.head.section(), scenario.package.section())
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def moved(lips: Lips, result: StaticResult, landmark: str) -> np.ndarray:
 
 @pytest.mark.parametrize("resolution", ["coarse", "standard"])
 def test_fibres_fill_the_area_that_anatomy_gives_them(resolution):
-    lips = lips_of(f"solver.resolution={resolution}")
+    lips = lips_of(f"numerics.resolution={resolution}")
     regions = muscle_regions(lips.head)
     always = {name: Amplitude((0.0,), (0.1,)) for name in PARTS}
     muscles = lip_muscles(lips.body, regions, always)
@@ -109,7 +109,7 @@ def test_closed_lips_press_each_other_as_lips_of_people_do(plane):
     Men press with 5 to 7 kPa, women with 2 to 6 kPa when they close, blow or suck (J. Oral Rehabil.
     2019, PMID 31144727). No number of the model was fitted to that.
     """
-    lips = lips_of("head.jaw_opening_deg=0.0", f"solver.plane={plane}")
+    lips = lips_of("head.jaw_opening_deg=0.0", f"numerics.plane={plane}")
     load, length = lip_on_lip(tensed(lips, dict.fromkeys(ORBICULARIS, 0.2)))
     assert length > 1.5
     assert 2.0 < 1e3 * load / length < 7.0
@@ -119,7 +119,7 @@ def test_closed_lips_press_each_other_as_lips_of_people_do(plane):
 def test_how_lips_close_hardly_depends_on_the_mesh():
     pressed = []
     for resolution in ("coarse", "standard"):
-        lips = lips_of("head.jaw_opening_deg=0.0", f"solver.resolution={resolution}")
+        lips = lips_of("head.jaw_opening_deg=0.0", f"numerics.resolution={resolution}")
         pressed.append(lip_on_lip(tensed(lips, dict.fromkeys(ORBICULARIS, 0.3))))
     (coarse_load, coarse_length), (load, length) = pressed
     assert coarse_load == pytest.approx(load, rel=0.03)
