@@ -40,6 +40,12 @@ TURNING_LENGTH_MM = 10.0
 """L: a turn is counted as the way, mm, of a point so far away."""
 
 
+STRETCH = 2.0
+"""A step is made at most so many times longer than proposed to end at an instant of a reference."""
+
+SAME_INSTANT_S = 1e-9
+
+
 class HandError(DrinksimError):
     """A hand was described that cannot carry anything."""
 
@@ -199,6 +205,18 @@ class Hand:
         """
         before = self.offset(state.load, loading(state.time_s))
         return Carried(self, loading(state.time_s + duration_s), before, duration_s)
+
+    def aligned(self, time_s: float, duration_s: float) -> float:
+        """Return the length of a step that ends where it is known what is borne, if one is near.
+
+        Between two instants of a reference run its forces are only interpolated, so steps do not
+        pass an instant, and end at one that is no more than `STRETCH` times farther than proposed.
+        """
+        later = self.borne.time_s[self.borne.time_s > time_s + SAME_INSTANT_S]
+        if later.size == 0:
+            return duration_s
+        ahead = float(later[0]) - time_s
+        return ahead if STRETCH * duration_s >= ahead else duration_s
 
     def offset(self, load: Load, recorded: Load) -> Array:
         """Return the offsets (m,) that lead from where the motion puts the body to where it is."""

@@ -163,6 +163,8 @@ def _tried(
     while True:
         bound = min(at_most, last_s - state.time_s)
         duration = proposed_duration(steps, carried, state, contacts, bound)
+        if hand is not None and rejected == 0:
+            duration = hand.aligned(state.time_s, duration)
         further = None if hand is None else hand.unknowns(loading, state, duration)
         load = carried(state.time_s + duration)
         trial, balance = stepper.attempt(state, load, duration, body, further)

@@ -81,6 +81,13 @@ def carried_message(about: Mapping[str, Any]) -> str | None:
     )
 
 
+def hand_message(about: Mapping[str, Any]) -> str:
+    """Return how the package was carried, from the summary's ``hand``."""
+    if about["mode"] == "same":
+        return "carried by the hand of the reference run, which yields"
+    return "each lip bore what it bore in the reference run, or what was stated"
+
+
 def muscle_message(about: Mapping[str, Any]) -> str:
     """Return which lip is pulled how, from the summary's ``muscle``."""
     return (

@@ -54,6 +54,11 @@ HISTORY = (
     Quantity("lower_lip_window_1_5mm_kpa", "kPa", "highest mean pressure over 1.5 mm"),
     Quantity("upper_lip_crest_contrast", "", "how much crests stand out of the pressure, 0 to 1"),
     Quantity("lower_lip_crest_contrast", "", "how much crests stand out of the pressure, 0 to 1"),
+    Quantity("neck_moment_nmm", "N mm", "moment of both lips on the neck about its lower mark"),
+    Quantity(
+        "neck_off_film_mm", "mm", "distance of the neck's lower mark from where it was filmed"
+    ),
+    Quantity("neck_off_film_deg", "deg", "turn of the neck beyond that of the film"),
 )
 """The columns of history.csv, in order."""
 

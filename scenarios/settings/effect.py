@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from scenarios.settings.hand import HandSettings
 from scenarios.settings.motion import FirstContact, MotionFile, Placement
 from scenarios.settings.numerics import Numerics
 from scenarios.settings.person import Head, Muscle
@@ -39,6 +40,7 @@ def ineffective_keys(
     motion: MotionFile | None,
     placement: Placement,
     first_contact: FirstContact,
+    hand: HandSettings,
     muscle: Muscle | None,
     head: Head,
     numerics: Numerics,
@@ -46,6 +48,7 @@ def ineffective_keys(
     """Yield the keys that have no effect beside these tables, whatever their values."""
     yield from _of_motion(motion)
     yield from _of_placement(placement, first_contact)
+    yield from _of_hand(hand)
     yield from _of_muscle(muscle)
     yield from _of_head(head)
     yield from _of_numerics(numerics)
@@ -57,6 +60,17 @@ def _of_motion(motion: MotionFile | None) -> Iterator[Ineffective]:
             ("recording.start_s", "recording.end_s"),
             ("motion.file",),
             "as the motion is given: leave it out, or convert that part of the recording anew",
+        )
+
+
+def _of_hand(hand: HandSettings) -> Iterator[Ineffective]:
+    springs = ("hand.stiffness_n_per_m", "hand.turning_stiffness_nm_per_rad")
+    if hand.mode == "recorded":
+        keys = (*springs, "hand.reference", "hand.width_mm", "hand.damping_n_s_per_m")
+        yield Ineffective(keys, ("hand.mode",), "as the neck follows the film: set hand.mode")
+    if hand.mode == "force":
+        yield Ineffective(
+            springs, ("hand.mode",), "as forces are held: a hand of springs is 'same'"
         )
 
 

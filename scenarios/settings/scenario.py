@@ -23,6 +23,7 @@ from scenarios.settings.files import (
     library_names,
     settings_layer,
 )
+from scenarios.settings.hand import HandSettings
 from scenarios.settings.layers import (
     Given,
     Layer,
@@ -85,6 +86,7 @@ class Scenario:
     )
     skin: Skin = setting(default=Skin(), description="the soft tissue")
     contact: Contact = setting(default=Contact(), description="friction")
+    hand: HandSettings = setting(default=HandSettings(), description="how the package is carried")
     placement: Placement = setting(
         default=Placement(), description="shifts of package and lower face"
     )
@@ -232,6 +234,7 @@ def _without_effect(scenario: Scenario, given: Mapping[str, Given]) -> set[str]:
         motion=scenario.motion,
         placement=scenario.placement,
         first_contact=scenario.first_contact,
+        hand=scenario.hand,
         muscle=scenario.muscle,
         head=scenario.head,
         numerics=scenario.numerics,

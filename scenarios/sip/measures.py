@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from fem2d.body.surface import Surface
 from fem2d.contact.rigid import RigidContact, RigidContactResponse, rigid_responses
 from fem2d.solvers.commit import Commit
+from fem2d.solvers.hand import resultant
 from fem2d.solvers.stability import Passage
-from geometry2d.rigid import rotated
+from geometry2d.rigid import RigidMotion, rotated
 from scenarios.results.increment import ContactField, Measured
 from scenarios.results.quantities import LIPS
 from scenarios.sip.contact_line import ContactLine, recovered_traction
@@ -33,10 +34,13 @@ class LipMeasures:
         The model, in the frame of the head section.
     head_angle_rad
         Turn of that frame into the head frame, in which forces are given.
+    motion
+        Of the neck as it was filmed.
     """
 
     lips: Lips
     head_angle_rad: float
+    motion: RigidMotion
 
     def measured(self, commit: Commit) -> Measured:
         """Return element fields, contact fields and history columns of a committed increment."""
@@ -50,6 +54,7 @@ class LipMeasures:
         }
         for lip in LIPS:
             history |= self._lip_history(lip, commit)
+        history |= self._neck_history(commit)
         return Measured(
             element={
                 "log_strain_min": np.sum(volume * strain.min(axis=-1), axis=1),
@@ -119,6 +124,16 @@ class LipMeasures:
             f"{lip}_lip_window_1mm_kpa": 1e3 * felt.peak_1mm_mpa,
             f"{lip}_lip_window_1_5mm_kpa": 1e3 * felt.peak_1_5mm_mpa,
             f"{lip}_lip_crest_contrast": felt.crest_contrast,
+        }
+
+    def _neck_history(self, commit: Commit) -> dict[str, float]:
+        touching = [r for r in rigid_responses(commit.contacts) if r.contact.moving]
+        here, filmed = commit.state.placement, self.motion.at(commit.state.time_s)
+        away = np.subtract(here.shift_mm, filmed.shift_mm)
+        return {
+            "neck_moment_nmm": float(resultant(touching, here)[2]),
+            "neck_off_film_mm": float(np.hypot(*away)),
+            "neck_off_film_deg": float(np.rad2deg(here.angle_rad - filmed.angle_rad)),
         }
 
     def _on_neck(self, lip: str, commit: Commit) -> list[tuple[RigidContact, RigidContactResponse]]:

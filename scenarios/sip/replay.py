@@ -26,9 +26,11 @@ from scenarios.results import messages
 from scenarios.results.increment import Increment, SectionModel
 from scenarios.results.quantities import LIPS
 from scenarios.results.recorder import Recorder, restored
+from scenarios.results.solution import Solution
 from scenarios.settings.scenario import Scenario, ScenarioError
 from scenarios.sip.carrying import CarriedNeck, carried
 from scenarios.sip.findings import Finding, Severity, findings_of, neck_findings
+from scenarios.sip.hand import about_hand, chosen_hand
 from scenarios.sip.lip_model import Lips
 from scenarios.sip.measures import LipMeasures
 from scenarios.sip.placement import Placed, place
@@ -179,6 +181,7 @@ def replay(
     on_model: Callable[[SectionModel], None] = lambda model: None,
     on_increment: Callable[[Increment], None],
     resume_from: Increment | None = None,
+    reference: Solution | None = None,
     progress: Progress = lambda share, what: None,
 ) -> Outcome:
     """Replay a scenario whose motion is known, and return how it went.
@@ -192,6 +195,8 @@ def replay(
     resume_from
         The last increment of an interrupted replay of the same scenario, with its checkpoint; the
         rest comes out bit for bit as if it had not been interrupted.
+    reference
+        The run whose forces the hand follows; needed unless it follows the film.
     progress
         Called with the share of the motion that is done.
 
@@ -213,7 +218,8 @@ def replay(
         on_model(ready.lips.model(head_angle))
     else:
         state = restored(resume_from.checkpoint, resume_from.time_s, state)
-    measures = LipMeasures(ready.lips, head_angle)
+    measures = LipMeasures(ready.lips, head_angle, motion)
+    hand = chosen_hand(scenario, reference, head_angle)
     recorder = Recorder(
         measures.measured,
         start_s=ready.start_s,
@@ -231,6 +237,7 @@ def replay(
         system,
         motion,
         state,
+        hand=hand,
         solver=fastest_solver(),
         end_s=ready.end_s,
         steps=steps,
@@ -245,6 +252,8 @@ def replay(
         "unstable": [measures.located(passage) for passage in recorder.unstable],
         **ready.about(),
     }
+    if reference is not None:
+        about["hand"] = about_hand(scenario.hand, reference)
     return Outcome(
         result.status is MarchStatus.FINISHED,
         _messages(ready, result, about, resumed_at_s),
@@ -272,6 +281,7 @@ def _messages(
         ),
         messages.placement_message(about["placement"]),
         messages.carried_message(about["placement"]["carried"]),
+        messages.hand_message(about["hand"]) if "hand" in about else None,
         *about.get("warnings", ()),
         messages.muscle_message(about["muscle"]) if "muscle" in about else None,
         messages.unstable_message(about["unstable"]),

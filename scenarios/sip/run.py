@@ -15,6 +15,7 @@ from scenarios.results.integrity import checksum, differing_input, fingerprint
 from scenarios.results.solution import Solution
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.results.writer import SolutionWriter
+from scenarios.settings.hand import HandSettings
 from scenarios.settings.scenario import (
     MotionFile,
     Recording,
@@ -23,6 +24,9 @@ from scenarios.settings.scenario import (
     resolved_toml,
 )
 from scenarios.sip.replay import neck_findings_of, refuse_contradictions, replay
+
+REFERENCE_FOLDER = "reference"
+"""Folder of a run directory with the run whose forces its hand follows."""
 
 MOTION_FOLDER = "motion"
 MOTION_FILES = ("motion.csv", "summary.json", "tracks.csv")
@@ -116,10 +120,12 @@ def solve(
 def _solved_in_memory(scenario: Scenario, progress: Progress) -> Solution:
     collector = SolutionCollector()
     with TemporaryDirectory() as folder:
+        known = with_known_motion(scenario, Path(folder), progress)
         outcome = replay(
-            with_known_motion(scenario, Path(folder), progress),
+            known,
             on_model=collector.model,
             on_increment=collector.commit,
+            reference=_reference_run(known, None, progress),
             progress=progress,
         )
     if collector.count == 0:
@@ -154,12 +160,13 @@ def _solved_into(
 
 def _replay_into(writer: SolutionWriter, scenario: Scenario, progress: Progress) -> None:
     """Replay from where the writer's run is to the end."""
-    motion = _provided_motion(scenario, writer, progress)
+    known = scenario.with_motion(_provided_motion(scenario, writer, progress))
     outcome = replay(
-        scenario.with_motion(motion),
+        known,
         on_model=writer.model,
         on_increment=writer.commit,
         resume_from=writer.last(),
+        reference=_reference_run(known, writer.folder / REFERENCE_FOLDER, progress),
         progress=progress,
     )
     if writer.count == 0:
@@ -170,6 +177,26 @@ def _replay_into(writer: SolutionWriter, scenario: Scenario, progress: Progress)
         message=outcome.message,
         about={"scenario": scenario.name, **outcome.about},
     )
+
+
+def _reference_run(scenario: Scenario, folder: Path | None, progress: Progress) -> Solution | None:
+    """Return the run whose forces the hand follows; None if it follows the film.
+
+    A run that the scenario does not name is that of the filmed package, as it was filmed. It is
+    made, and kept in ``folder`` if that is given.
+    """
+    hand = scenario.hand
+    if hand.mode == "recorded":
+        return None
+    if hand.reference is not None:
+        return Solution.load(hand.reference)
+    filmed = scenario.with_(
+        name=f"{scenario.name}, filmed",
+        hand=HandSettings(),
+        package=scenario.filmed_package,
+        filmed=None,
+    )
+    return solve(filmed, out=folder, resume=folder is not None, progress=progress)
 
 
 def _inputs(scenario: Scenario) -> dict[str, str]:

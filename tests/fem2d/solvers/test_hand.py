@@ -319,3 +319,12 @@ def test_a_hand_that_holds_nothing_is_refused():
         )
     with pytest.raises(HandError, match="one row for each instant"):
         Borne(np.array([0.0, 1.0]), np.zeros((3, 3)))
+
+
+def test_steps_end_where_it_is_known_what_is_borne():
+    hand = Hand.yielding((0.1, 0.1, 1.0), Borne(np.array([0.0, 0.1, 0.3]), np.zeros((3, 3))))
+    assert hand.aligned(0.0, 0.02) == 0.02
+    assert hand.aligned(0.0, 0.06) == pytest.approx(0.1)
+    assert hand.aligned(0.0, 0.25) == pytest.approx(0.1)
+    assert hand.aligned(0.1, 0.15) == pytest.approx(0.2)
+    assert hand.aligned(0.3, 0.15) == 0.15

@@ -1,0 +1,87 @@
+"""The hand of a scenario: what it bears, per width of lip, and what is refused."""
+
+import numpy as np
+import pytest
+
+from scenarios.results.solution import Solution
+from scenarios.settings.hand import HandSettings
+from scenarios.settings.scenario import ScenarioError, load_scenario
+from scenarios.settings.tables import SettingError
+from scenarios.sip.hand import Reference, chosen_hand, hand_of
+
+TIMES = np.linspace(0.0, 1.0, 11)
+
+
+def reference(thickness_mm: float = 1.0) -> Reference:
+    grows = np.sin(np.pi * TIMES)
+    return Reference(
+        TIMES,
+        {
+            "upper": np.outer(grows, [0.06, 0.02]) * thickness_mm,
+            "lower": np.outer(grows, [0.01, 0.05]) * thickness_mm,
+        },
+        0.3 * grows * thickness_mm,
+        thickness_mm,
+    )
+
+
+def test_a_hand_of_springs_is_shared_out_over_the_width():
+    settings = HandSettings(mode="same", stiffness_n_per_m=500.0, width_mm=25.0)
+    hand = hand_of(settings, reference(), 1.0)
+    assert hand is not None
+    assert hand.stiffness[0, 0] == pytest.approx(0.5 / 25.0)  # 0.5 N/mm over 25 mm
+    assert hand.borne.at(0.5)[:2] == pytest.approx([0.07, 0.07])
+    thick = hand_of(settings, reference(), 2.0)
+    assert thick is not None
+    assert thick.stiffness == pytest.approx(2.0 * hand.stiffness)
+    assert thick.borne.at(0.5) == pytest.approx(2.0 * hand.borne.at(0.5))
+
+
+def test_forces_are_held_along_what_each_lip_bore():
+    hand = hand_of(HandSettings(mode="force"), reference(), 1.0)
+    assert hand is not None
+    assert hand.borne.at(0.5) == pytest.approx([np.hypot(0.06, 0.02), np.hypot(0.01, 0.05)])
+    assert np.linalg.norm(hand.weights[:, :2], axis=1) == pytest.approx([1.0, 1.0])
+    assert hand.contacts[0] == ("upper lip on upper_wall", "upper lip on lower_wall")
+
+
+def test_stated_forces_act_from_the_first_touch_to_the_last():
+    settings = HandSettings(mode="force", upper_force_n=1.0, lower_force_n=2.0, width_mm=20.0)
+    hand = hand_of(settings, reference(), 1.0)
+    assert hand is not None
+    assert hand.borne.at(0.5) == pytest.approx([0.05, 0.1])
+    assert hand.borne.at(0.0) == pytest.approx([0.0, 0.0])
+
+
+def test_a_lip_that_bore_nothing_cannot_be_followed():
+    nothing = reference()
+    still = Reference(
+        TIMES, {**nothing.force_n, "lower": np.zeros((11, 2))}, nothing.moment_nmm, 1.0
+    )
+    with pytest.raises(ScenarioError, match="the lower lip bears nothing"):
+        hand_of(HandSettings(mode="force"), still, 1.0)
+
+
+def test_the_film_needs_no_hand_and_others_need_a_run(run_directory):
+    scenario = load_scenario("A38-F")
+    assert chosen_hand(scenario, None, 0.0) is None
+    same = scenario.with_(hand={"mode": "same"})
+    with pytest.raises(ScenarioError, match=r"give hand\.reference"):
+        chosen_hand(same, None, 0.0)
+    assert chosen_hand(same, Solution.load(run_directory), 0.0) is not None
+
+
+@pytest.mark.parametrize(
+    ("settings", "word"),
+    [
+        (["hand.stiffness_n_per_m=0"], "stiffness_n_per_m"),
+        (["hand.mode=force", "hand.upper_force_n=1.0"], "lower_force_n"),
+        (["hand.mode=same", "hand.upper_force_n=1", "hand.lower_force_n=1"], "no effect"),
+        (["hand.stiffness_n_per_m=200"], "no effect"),
+        (["hand.mode=force", "hand.stiffness_n_per_m=200"], "no effect"),
+        (["hand.mode=firm"], "recorded"),
+    ],
+)
+def test_contradictions_are_refused(settings, word):
+    with pytest.raises(SettingError, match=word):
+        load_scenario("A38-F", settings)
