@@ -22,7 +22,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from mocap.synthetic.rendering import write_recording
+from mocap.synthetic.recording_file import write_recording
 from mocap.tracking.follow import follow
 from mocap.tracking.marker_file import read_markers
 from mocap.video.frames import Video

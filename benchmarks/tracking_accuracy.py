@@ -30,8 +30,8 @@ from benchmarks.tracking_takes import HEADINGS, Take, relative_truth
 from geometry2d.rigid import rotated
 from mocap.convert import measure
 from mocap.measurement import Measurement
-from mocap.motion.scale import PictureFormat
-from mocap.synthetic.rendering import Truth
+from mocap.motion.projection import PictureFormat
+from mocap.synthetic.truth import Truth
 from mocap.tracking.follow import follow
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.noise import with_temporal_noise

@@ -16,22 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidMotion, rotated
-from mocap.synthetic.rendering import (
-    WHITE,
-    Camera,
-    Colour,
-    Image,
-    Lens,
-    Light,
-    Marker,
-    Scene,
-    SceneBody,
-    Sensor,
-    Shape,
-    Truth,
-    render,
-    write_recording,
-)
+from mocap.synthetic.camera import Camera, Colour, Image, Lens, Sensor
+from mocap.synthetic.recording_file import write_recording
+from mocap.synthetic.rendering import render
+from mocap.synthetic.scene import WHITE, Light, Marker, Scene, SceneBody, Shape
+from mocap.synthetic.truth import Truth
 
 Array = NDArray[np.float64]
 

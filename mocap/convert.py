@@ -1,4 +1,4 @@
-"""From a video and its marker file to tracks, scales and rigid motions, with their errors."""
+"""Conversion of a video and its marker file to tracks, scales and rigid motions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from mocap.formats.marker_table import ExchangeError, text_of
 from mocap.formats.trc import write_trc
 from mocap.measurement import Measurement, measure
 from mocap.motion.motion import Motion
-from mocap.motion.scale import BodyScale, PictureFormat
+from mocap.motion.projection import PictureFormat
+from mocap.motion.scale import BodyScale
 from mocap.tracking.follow import follow
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import MarkerFile
@@ -30,12 +31,12 @@ from mocap.views.overlay import write_overlay
 from mocap.views.summary import summary, write_summary
 
 TRACKING_SHARE = 0.7
-"""Share of the time that tracking takes where the files are written too."""
+"""Share of the time that tracking takes if files are written too."""
 
 
 @dataclass(frozen=True)
 class ConvertOptions:
-    """What can be chosen for a conversion besides the files."""
+    """Options of a conversion."""
 
     start_s: float | None = setting(
         default=None, unit="s", description="first used instant, on the video's own clock"
@@ -46,30 +47,29 @@ class ConvertOptions:
     tracks: Path | None = setting(
         default=None,
         description="a tracks.csv corrected by hand: rows 'fixed' and 'seen' are kept, rows "
-        "'predicted' are bridged, missing and 'lost' ones are tracked anew",
+        "'predicted' are interpolated, missing and 'lost' ones are tracked again",
     )
     fps: float | None = setting(
         default=None,
         unit="frames/s",
-        description="rate at which the camera captured, for slow motion",
+        description="capture rate of the camera, for slow motion",
     )
 
 
 @dataclass(frozen=True, repr=False)
 class ConvertResult:
-    """What a video and its marker file give, in memory; :func:`write_conversion` writes it.
+    """Result of a conversion, in memory; :func:`write_conversion` writes it.
 
     Attributes
     ----------
     motion
-        Head, package, and the package seen from the head, with standard errors, as ``motion.csv``
-        holds them.
+        Motion of head and package with standard errors, rounded as in ``motion.csv``.
     measured
-        Tracks, scales, and the motion before it was rounded to the decimals of its file.
+        Tracks, scales, and the motion before rounding.
     summary
-        What ``summary.json`` holds.
+        Contents of ``summary.json``.
     video, fps, markers
-        The recording, the rate at which its camera captured if that was given, and the marker file.
+        The recording, the given capture rate, if any, and the marker file.
     """
 
     motion: Motion
@@ -81,17 +81,17 @@ class ConvertResult:
 
     @property
     def tracks(self) -> Tracks:
-        """Positions of all markers in the picture, frame by frame."""
+        """Tracks of all markers."""
         return self.measured.tracks
 
     @property
     def scales(self) -> dict[str, BodyScale]:
-        """The scale of each body, by its name."""
+        """Scale of each body, by name."""
         return self.measured.scales
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader must know of the recording and of what was measured in it."""
+        """Warnings about the recording and the measurement, one sentence each."""
         return tuple(self.summary["warnings"])
 
     def __repr__(self) -> str:
@@ -147,8 +147,8 @@ def convert(
             progress=part_of(show, 0.0, last),
         )
         picture = PictureFormat(film.info.width, film.info.height, film.info.pixel_aspect)
-        bridged = with_temporal_noise(raw, key_frames=film.key_frames).interpolated()
-        measured = measure(bridged, marker_file, picture)
+        tracks_found = with_temporal_noise(raw, key_frames=film.key_frames).interpolated()
+        measured = measure(tracks_found, marker_file, picture)
         report = summary(film.info, film.timing, marker_file, measured, picture)
         motion = measured.motion.rounded()
         result = ConvertResult(motion, measured, report, Path(video), fps, marker_file)
@@ -160,17 +160,18 @@ def convert(
 def write_conversion(
     result: ConvertResult, out: Path | str, *, progress: ProgressOption = None
 ) -> None:
-    """Write a conversion to a directory; a former result there is replaced.
+    """Write a conversion to a directory; an earlier result there is replaced.
 
-    It gets ``tracks.csv``, ``motion.csv``, ``motion.png``, ``overlay.mp4``, ``summary.json`` and
-    ``boundary_conditions``: tables, a TRC file and, where frames are even in time, a C3D file.
+    The files are ``tracks.csv``, ``motion.csv``, ``motion.png``, ``overlay.mp4``, ``summary.json``
+    and ``boundary_conditions``: tables, a TRC file and, if the frames are evenly spaced in time, a
+    C3D file.
 
     Raises
     ------
     OutputError
-        If the directory holds something else than a result or cannot be written.
+        If the directory holds anything but a result, or cannot be written.
     VideoError
-        If the video can no longer be read.
+        If the video cannot be read.
     """
     measured, markers = result.measured, result.markers
     with (
@@ -198,9 +199,9 @@ def write_conversion(
 
 
 def given_tracks(path: Path | str) -> Tracks:
-    """Return tracks to start from: a ``tracks.csv``, or picture positions of another program.
+    """Return tracks from a ``tracks.csv`` or from picture positions of another program.
 
-    Tracker's positions are taken to count from a pixel's corner, all others from its centre.
+    The positions of the program Tracker count from a pixel's corner, all others from its centre.
 
     Raises
     ------

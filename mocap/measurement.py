@@ -1,4 +1,4 @@
-"""What tracks and a marker file say together: scales and motions, before anything is written."""
+"""Scales and motions of one recording from its tracks and its marker file."""
 
 from __future__ import annotations
 
@@ -11,14 +11,8 @@ from numpy.typing import NDArray
 from mocap.motion.capture import Capture, capture
 from mocap.motion.motion import Motion
 from mocap.motion.phases import LipAtRim, lip_at_rim
-from mocap.motion.scale import (
-    BodyScale,
-    PictureFormat,
-    axis_px,
-    body_scales,
-    flattened,
-    positions_mm,
-)
+from mocap.motion.projection import PictureFormat, axis_px, corrected
+from mocap.motion.scale import BodyScale, body_scales, positions_mm
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.tracks import Tracks
 
@@ -27,13 +21,27 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Measurement:
-    """Tracks, scales and motion of one recording, before anything is written."""
+    """Tracks, scales and motion of one recording.
+
+    Attributes
+    ----------
+    tracks
+        Tracks with their dropouts interpolated.
+    scales
+        Scale of each body.
+    capture
+        The motion and the data it is computed from.
+    lip
+        Position of the upper lip at the rim, None if the marker file has no ``[style]``.
+    corrected_px, centre_px
+        (n, m, 2) corrected positions of the markers and (2,) of the camera's axis, px.
+    """
 
     tracks: Tracks
     scales: dict[str, BodyScale]
     capture: Capture
     lip: LipAtRim | None
-    flat_px: Array
+    corrected_px: Array
     centre_px: Array
 
     @property
@@ -43,9 +51,15 @@ class Measurement:
 
 
 def measure(tracks: Tracks, markers: MarkerFile, picture: PictureFormat) -> Measurement:
-    """Return scales and motions from tracks (gaps bridged) and what the marker file knows."""
-    flat = flattened(tracks.position_px, markers, picture)
-    centre = flattened(axis_px(markers.lens, picture), markers, picture)
+    """Return scales and motions from tracks whose dropouts are interpolated.
+
+    Raises
+    ------
+    ScaleError, MotionError
+        If the marks give no scale, or the tracks no motion.
+    """
+    flat = corrected(tracks.position_px, markers, picture)
+    centre = corrected(axis_px(markers.lens, picture), markers, picture)
     scales = body_scales(tracks, markers, flat)
     world = positions_mm(flat, tracks.names, markers, scales, centre)
     captured = capture(tracks, markers, world, scales)
@@ -61,13 +75,13 @@ def _lip(
     picture: PictureFormat,
     centre: Array,
 ) -> LipAtRim | None:
-    """Return where the upper lip is at the rim; both lie in the middle of face and package."""
+    """Return the position of the upper lip at the rim; both are at the package's depth."""
     if markers.style is None or captured.frame[0] != tracks.frame[0]:
         return None
     points = markers.style
     clicked = [points.upper_lip, points.rim_lower, points.rim_upper]
     scale = scales[markers.moving].px_per_mm[0]
-    away = (flattened(clicked, markers, picture) - centre) / scale * [1.0, -1.0]
+    away = (corrected(clicked, markers, picture) - centre) / scale * [1.0, -1.0]
     from_mark = away - captured.origin_mm
     motion = captured.motion
     return lip_at_rim(

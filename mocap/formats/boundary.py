@@ -1,4 +1,4 @@
-"""Boundary-condition tables: rigid motions as displacement against time, for finite elements."""
+"""Tables of boundary conditions for finite elements: displacement of rigid bodies against time."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ DEGREES_OF_FREEDOM = ("u1", "u2", "ur3")
 def displacement_tables(motion: Motion) -> dict[str, Array]:
     """Return time and displacement since the start (n, 2) by table name, mm and rad.
 
-    ``head_*`` and ``package_*`` are in the world plane and belong to each body's first marker;
-    ``relative_*`` is the package seen from the head.
+    ``head_*`` and ``package_*`` are displacements of the first marker in the world plane;
+    ``relative_*`` is that of the package's first marker in the head frame.
     """
     relative = motion.relative_mm - motion.relative_mm[0]
     package = motion.package_mm - motion.package_mm[0]
@@ -40,8 +40,8 @@ def displacement_tables(motion: Motion) -> dict[str, Array]:
 def write_boundary_conditions(motion: Motion, folder: Path) -> None:
     """Write one tab-separated table per body and degree of freedom into ``folder``.
 
-    Each holds time since the start (s) and displacement (mm or rad), the lines that Abaqus expects
-    under ``*AMPLITUDE, DEFINITION=TABULAR``.
+    Each row is the time since the start (s) and the displacement (mm or rad), as Abaqus expects
+    them under ``*AMPLITUDE, DEFINITION=TABULAR``.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for name, table in displacement_tables(motion).items():

@@ -1,9 +1,9 @@
-"""BVH, a skeleton with the rotations of its joints over time, read as positions of its joints.
+"""BVH: a skeleton with the rotations of its joints over time, read as positions of the joints.
 
-A joint lies at the offset from its parent, turned by all rotations above it; the rotations of one
-joint are applied in the order in which its channels are listed, each about its already turned axis
-(Meredith and Maddock 2001, "Motion capture file formats explained", §2). The file says nothing of
-its unit, hence the unit of the table is empty: the caller gives it with ``dataclasses.replace``.
+The position of a joint is its offset from its parent, rotated by all joints above it. The rotations
+of a joint are applied in the order of its channels, each about the axis as rotated so far (Meredith
+and Maddock 2001, "Motion capture file formats explained", §2). The file does not state its unit:
+the table's unit is empty, and the caller sets it with ``dataclasses.replace``.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from mocap.formats.marker_table import (
 Array: TypeAlias = NDArray[np.float64]
 
 MOST_JOINTS = 5000
-"""A person with all fingers, twice, has a tenth of them."""
+"""Ten times the joints of two persons with all fingers."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def read_bvh(path: Path | str) -> MarkerTable:
     Raises
     ------
     ExchangeError
-        If the file is no BVH file, breaks off, or holds fewer or more frames than it announces.
+        If the file is no BVH file, is cut short, or holds fewer or more frames than it announces.
     """
     file = Path(path)
     skeleton, found, movement = text_of(file).partition("MOTION")
@@ -164,7 +164,7 @@ def _frames(file: Path, above: int, movement: str, columns: int) -> tuple[Array,
 
 
 def _positions(joints: list[_Joint], values: Array) -> Array:
-    """Return where all joints are (n, m, 3)."""
+    """Return the positions of all joints (n, m, 3)."""
     frames = values.shape[0]
     positions = np.zeros((frames, len(joints), 3))
     still = np.tile(np.eye(3), (frames, 1, 1))
@@ -181,7 +181,7 @@ def _positions(joints: list[_Joint], values: Array) -> Array:
         if joint.parent >= 0:
             above = turns[joint.parent]
             own = positions[:, joint.parent] + np.einsum("nij,nj->ni", above, own)
-            # A joint without rotations turns as the one above it, in the same array.
+            # A joint without rotations shares the array of its parent.
             turn = above if turn is still else above @ turn
         positions[:, k] = own
         turns.append(turn)

@@ -1,7 +1,8 @@
 """C3D, the binary standard of motion laboratories, through ezc3d.
 
-What is read is checked first (:mod:`mocap.formats.c3d_header`) and then read in a process of its
-own (:mod:`mocap.formats.c3d_child`), whose end or limit is an error like any other.
+A file is checked first (:mod:`mocap.formats.c3d_header`) and then read in a separate process
+(:mod:`mocap.formats.c3d_child`). If that process crashes or reaches its limits, the result is an
+ordinary error.
 """
 
 from __future__ import annotations
@@ -29,14 +30,14 @@ from mocap.formats.marker_table import (
 Array: TypeAlias = NDArray[np.float64]
 
 LONGEST_LABEL = 127
-"""Bytes of a name; their number is a byte with a sign."""
+"""Largest number of bytes of a name: it is stored as a signed byte."""
 
 CHILD = Path(__file__).with_name("c3d_child.py")
 
 MEMORY_BYTES, MEMORY_PER_BYTE = 200_000_000, 30
 CPU_SECONDS, BYTES_PER_CPU_SECOND = 4, 5_000_000
 SECONDS = 120
-"""What the reading of a file may take: memory and processor time grow with its size."""
+"""Limits of the process: memory and processor time grow with the size of the file."""
 
 
 def read_c3d(path: Path | str) -> MarkerTable:
@@ -45,7 +46,7 @@ def read_c3d(path: Path | str) -> MarkerTable:
     Raises
     ------
     ExchangeError
-        If it is no C3D file, holds no points, or ends before the frame its header names last.
+        If it is no C3D file, holds no points, or ends before the last frame that it announces.
     """
     file = Path(path)
     data = bytes_of(file, what="C3D file", error=ExchangeError)
@@ -68,7 +69,7 @@ def read_c3d(path: Path | str) -> MarkerTable:
 
 
 def _read_in_a_child(file: Path, size: int) -> dict[str, Array]:
-    """Return the arrays of a file that a process of its own reads within limits."""
+    """Return the arrays of a file, read by a separate process within limits."""
     memory = MEMORY_BYTES + MEMORY_PER_BYTE * size
     cpu = CPU_SECONDS + size // BYTES_PER_CPU_SECOND
     command = [sys.executable, "-P", str(CHILD), str(file.absolute()), str(memory), str(cpu)]
@@ -77,7 +78,7 @@ def _read_in_a_child(file: Path, size: int) -> dict[str, Array]:
             command,
             stdin=subprocess.DEVNULL,
             capture_output=True,
-            # Every thread of a linear algebra library takes address space, and none is needed.
+            # Each thread of a linear algebra library reserves address space; none is needed.
             env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
             timeout=SECONDS + size // BYTES_PER_CPU_SECOND,
             check=True,
@@ -96,7 +97,7 @@ def write_c3d(table: MarkerTable, path: Path) -> None:
     Raises
     ------
     ExchangeError
-        If the times are uneven by more than 1 %: C3D knows only a rate. If a name is too long.
+        If intervals differ by more than 1 %, since C3D holds only a rate, or a name is too long.
     """
     import ezc3d
 

@@ -1,8 +1,8 @@
-"""Reads a C3D file in a process of its own: ``python c3d_child.py FILE MEMORY_BYTES CPU_SECONDS``.
+"""Reads a C3D file in a separate process: ``python c3d_child.py FILE MEMORY_BYTES CPU_SECONDS``.
 
-The library that reads C3D is not safe on damaged files: it can end its process, or take all memory.
-Here it may take only so much more memory, and processor time, as the caller allows (where the
-system knows such limits). Arrays of numpy go to standard output; what is no array is not sent.
+The library that reads C3D is not safe on damaged files: it can end its process or use all memory.
+Here the caller limits the additional memory and the processor time, where the system supports such
+limits. The arrays go to standard output; other values are not sent.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import ezc3d
 import numpy as np
 
 MOST_LABEL_LISTS = 99
-"""Names of more than 255 points go on in LABELS2, LABELS3, …"""
+"""Names beyond 255 points are in LABELS2, LABELS3, …"""
 
 
 def limit(memory_bytes: int, cpu_seconds: int) -> None:
-    """Let this process take no more than so much further memory, and processor time in all."""
+    """Limit the additional memory of this process and its total processor time."""
     try:
         import resource
 
@@ -53,7 +53,7 @@ def main() -> int:
     """Write the arrays to standard output; return 1 if the library cannot read the file."""
     file, memory_bytes, cpu_seconds = sys.argv[1:]
     output = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what the library prints is no part of the output
+    os.dup2(2, 1)  # output of the library goes to standard error
     limit(int(memory_bytes), int(cpu_seconds))
     buffer = io.BytesIO()
     try:

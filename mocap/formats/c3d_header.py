@@ -1,9 +1,9 @@
-"""The header and the parameters of a C3D file, checked before a library reads them.
+"""Checks of the header and the parameters of a C3D file, before a library reads it.
 
-C3D is binary: blocks of 512 bytes, of which the first says where the parameters and the data begin
-and how many points there are (C3D user guide, 2008, "Header section", "Parameter section"). The
-parameters are records that point to one another. A wrong number in them sends a reader astray, so
-that it ends with the whole program or takes all memory; here they are followed within the file.
+C3D is binary: blocks of 512 bytes, the first of which states where parameters and data begin and
+how many points there are (C3D user guide, 2008, "Header section", "Parameter section"). The
+parameters are records that point to one another. A wrong number in them makes a reader crash or use
+all memory. The checks follow the records within the file.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from mocap.formats.marker_table import ExchangeError
 BLOCK = 512
 MARK = 80
 INTEL, DEC, MIPS = 84, 85, 86
-"""Makers of the processor whose order of bytes a file has."""
+"""Codes of the processors that define the byte order and the format of numbers."""
 
 UNKNOWN_END = 65535
-"""The last frame that the header can hold: longer recordings state it among the parameters."""
+"""Largest frame number of the header; longer recordings have it among the parameters."""
 
 TYPES = (-1, 1, 2, 4)
-"""Of a parameter: characters, bytes, whole and real numbers; the size is the bytes of one."""
+"""Types of a parameter: characters, bytes, integers and reals; the size is the bytes of one."""
 
 MOST_DIMENSIONS = 7
 
@@ -49,7 +49,7 @@ class Parameter:
 
 
 def check_c3d(file: Path, data: bytes) -> None:
-    """Refuse a file whose header and parameters do not describe it.
+    """Check that header and parameters describe the file.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def check_c3d(file: Path, data: bytes) -> None:
     frames = _frames(parameters, first, last, order)
     if frames < 1:
         raise ExchangeError(f"{file}: announces frames {first} to {last}; export it again")
-    # The sign of the scale says whether numbers are real; it is where Intel has it, or DEC.
+    # A negative scale marks real numbers; the position of its sign depends on the byte order.
     real = bool(data[12 if order == ">" else 15 if processor == INTEL else 13] & 0x80)
     begin = struct.unpack_from(order + "H", data, 16)[0]
     needed = (begin - 1) * BLOCK + frames * (4 * points + analogue) * (4 if real else 2)
@@ -142,7 +142,7 @@ def _check_counts(
     analogue: int,
     order: str,
 ) -> None:
-    """Refuse parameters that count other points or channels than the header, or no points."""
+    """Check that parameters and header agree on the number of points and channels."""
     if ("POINT", "USED") not in parameters:
         raise ExchangeError(f"{file}: has no parameter POINT:USED; export it again")
     for group, counted, what in (("POINT", points, "points"), ("ANALOG", analogue, "channels")):
@@ -157,7 +157,7 @@ def _check_counts(
 
 
 def _frames(parameters: dict[tuple[str, str], Parameter], first: int, last: int, order: str) -> int:
-    """Return how many frames are announced: by the header, or for long recordings elsewhere."""
+    """Return the number of announced frames, from the header or, if long, from the parameters."""
     if last < UNKNOWN_END:
         return last - first + 1
     ends: list[int] = []

@@ -1,8 +1,8 @@
-"""Marker positions from and to other programs' files.
+"""Marker positions from and to the files of other programs.
 
-Reads TRC, C3D, BVH, DeepLabCut CSV, Kinovea (kinematics CSV and trajectory text) and Tracker
-(text); writes TRC and C3D. Pictures' conventions differ: Kinovea and DeepLabCut count from the
-centre of a pixel as this program does; Tracker counts from its corner, half a pixel more each way.
+Readers: TRC, C3D, BVH, DeepLabCut (CSV), Kinovea (kinematics CSV and trajectory text) and Tracker
+(text). Writers: TRC and C3D. Kinovea and DeepLabCut count pixels from the centre of the first one,
+as this program does; Tracker counts from its corner, so its coordinates are larger by half a pixel.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from mocap.tracking.tracks import Tracks
 
 Array: TypeAlias = NDArray[np.float64]
 
-# Standard error (px) of positions from programs that state none.
+# Standard error of positions from programs that state none, px.
 FOREIGN_SIGMA_PX = 0.5
 
 
 def read_positions(path: Path | str) -> MarkerTable:
-    """Return the marker positions in a file of any format known here, told by ending and content.
+    """Return the marker positions in a file; its format follows from its ending and content.
 
     Raises
     ------
     ExchangeError
-        If the file is missing, of no known format, or broken; the message names file and place.
+        If the file is missing, of unknown format, or broken; the message names file and line.
     """
     file = Path(path)
     if not file.is_file():
@@ -74,10 +74,9 @@ def tracks_from(
     table
         Positions in px.
     corner_origin
-        Whether the program counts from the corner of the first pixel (Tracker) rather than its
-        centre.
+        Whether the program counts from the corner of the first pixel (Tracker), not its centre.
     height_px
-        Height of the picture where the program's y points up; None if it points down.
+        Height of the picture, px, if the program's y points up; None if it points down.
 
     Raises
     ------
@@ -114,7 +113,7 @@ def table_from(tracks: Tracks) -> MarkerTable:
 def motion_table(motion: Motion, markers: MarkerFile) -> MarkerTable:
     """Return a motion as markers (mm, y up, z 0) that move rigidly with their bodies.
 
-    Each body's first marker, and a second point 100 mm from it along the body's x axis.
+    A body has two markers: its first one, and a point 100 mm from it along the body's x axis.
     """
     names: list[str] = []
     columns = []

@@ -1,4 +1,4 @@
-"""Marker positions over time, as other programs keep them, and the checks all formats share."""
+"""Tables of marker positions over time, and the checks that all formats share."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MM_PER = {"mm": 1.0, "cm": 10.0, "m": 1000.0}
 AXES = {"X": 0, "Y": 1, "Z": 2}
 
 MISSING = ("", "nan", "na")
-"""What cells hold, upper or lower case, where a marker is missing."""
+"""Cells of a missing marker, in lower case."""
 
 LONGEST_NAME = 200
 LARGEST = 1e9
@@ -30,10 +30,10 @@ LEAST_INTERVAL_S = 1e-6
 """No camera is faster."""
 
 MOST_POSITIONS = 2_000_000
-"""Frames times markers; a file that holds more numbers than that may have as many positions.
+"""Largest number of frames times markers, unless the file holds at least as many numbers.
 
-Formats in which cells may be left out, or joints have no numbers of their own, could otherwise
-announce more positions than any memory holds.
+Without this bound a format with optional cells, or joints without numbers, could announce more
+positions than fit into memory.
 """
 
 
@@ -43,7 +43,7 @@ class ExchangeError(DrinksimError):
 
 @dataclass(frozen=True)
 class MarkerTable:
-    """Marker positions over time, as other programs keep them.
+    """Marker positions over time.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class MarkerTable:
         (n, m, 3) positions in ``unit``; nan where a marker is missing. Picture positions have z 0
         and y down.
     unit
-        "mm", "cm", "m" or "px"; "" if the file does not say.
+        "mm", "cm", "m" or "px"; "" if it is not known.
     """
 
     time_s: Array
@@ -103,7 +103,7 @@ def plane_positions(table: MarkerTable, *, right: str, up: str) -> Array:
     table
         In a unit of length.
     right, up
-        Which axis of the file points right and which up, with a sign: "-Z", "+X".
+        The axes of the file that point right and up, with a sign: "-Z", "+X".
     """
     parts = []
     for axis in (right, up):
@@ -119,8 +119,8 @@ def plane_positions(table: MarkerTable, *, right: str, up: str) -> Array:
 def text_of(file: Path) -> str:
     """Return the text of a table of another program.
 
-    Programs on Windows write names with accents in the old code page, which is therefore read where
-    a text is not in UTF-8.
+    A text that is not UTF-8 is read in the Windows code page, which some programs use for names
+    with accents.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def text_of(file: Path) -> str:
 
 
 def refuse_size(file: Path, frames: int, markers: int, numbers: int) -> None:
-    """Refuse a file that announces more positions than its ``numbers`` can describe."""
+    """Raise ExchangeError if a file announces more positions than its ``numbers`` can describe."""
     if frames * markers > max(MOST_POSITIONS, numbers):
         raise ExchangeError(
             f"{file}: names {markers} markers in {frames} frames and holds {numbers} numbers: most "
@@ -142,13 +142,13 @@ def refuse_size(file: Path, frames: int, markers: int, numbers: int) -> None:
 def checked_table(
     file: Path, time: Array, names: list[str], positions: Array, unit: str
 ) -> MarkerTable:
-    """Return a table after the checks that all formats share.
+    """Return a table that passes the checks that all formats share.
 
     Raises
     ------
     ExchangeError
-        If there is no frame, a marker has no usable name or is there twice, times do not increase,
-        or a number is too large.
+        If there is no frame, a marker's name is unusable or occurs twice, times do not increase, or
+        a number is too large.
     """
     if time.size == 0:
         raise ExchangeError(f"{file}: holds no frame; export it again")

@@ -32,11 +32,11 @@ from mocap.formats.marker_table import (
 
 Array: TypeAlias = NDArray[np.float64]
 
-# Detections that DeepLabCut itself calls less likely than this are left out.
+# Detections that DeepLabCut states to be less likely than this are missing.
 LEAST_LIKELIHOOD = 0.6
 
 AROUND_NAMES = " /.:_-"
-"""What stands between the name of an object and the axis in a heading of Kinovea."""
+"""Characters between the name of an object and the axis in a heading of Kinovea."""
 
 
 def read_deeplabcut(path: Path | str, *, fps: float | None = None) -> MarkerTable:
@@ -45,9 +45,9 @@ def read_deeplabcut(path: Path | str, *, fps: float | None = None) -> MarkerTabl
     Parameters
     ----------
     path
-        The file. Its rows are frames: it holds no times.
+        The file. Its rows are frames; it holds no times.
     fps
-        The video's rate; 1 if None, so that times are frame numbers.
+        The video's rate, frames/s; None: 1, so that times are frame numbers.
 
     Raises
     ------
@@ -90,8 +90,8 @@ def read_deeplabcut(path: Path | str, *, fps: float | None = None) -> MarkerTabl
 def read_kinovea(path: Path | str) -> MarkerTable:
     """Return the points of a table from Kinovea's kinematics dialogue.
 
-    The first column is the time, in ms if its heading says so; the others are named after the
-    object with X or Y at their end, a unit in brackets possibly after it.
+    The first column is the time, in ms if its heading says so. The heading of any other column is
+    the name of the object, X or Y, and optionally a unit in brackets.
 
     Raises
     ------
@@ -167,8 +167,9 @@ def read_kinovea_text(path: Path | str) -> MarkerTable:
 def read_tracker(path: Path | str) -> MarkerTable:
     """Return the point masses of a text export of Tracker (Open Source Physics).
 
-    A line with the tracks' names, a line with column names 't x y …', then numbers; separated by
-    tabs, commas, semicolons or blanks. Lengths are in the unit of Tracker's calibration.
+    The file has a line with the tracks' names, a line with column names 't x y …', and numbers,
+    separated by tabs, commas, semicolons or blanks. Lengths are in the unit of Tracker's
+    calibration.
 
     Raises
     ------
@@ -218,7 +219,7 @@ def _heading(title: str) -> tuple[str, str, str]:
 
 
 def _pairs(titles: list[str]) -> list[tuple[int, int]]:
-    """Return for each column x that column and the next y."""
+    """Return pairs of columns: each column x and the next column y."""
     pairs: list[tuple[int, int]] = []
     following: int | None = None
     for k in reversed(range(len(titles))):
@@ -230,7 +231,7 @@ def _pairs(titles: list[str]) -> list[tuple[int, int]]:
 
 
 def _frame_number(file: Path, row: TableRow) -> float:
-    """Return the number of a row's frame: of a picture's name, the digits before its ending."""
+    """Return the frame number of a row: a number, or the digits at the end of a file's name."""
     cell = row.cells[0]
     stem = cell.rpartition(".")[0]
     value = number(cell)
@@ -253,7 +254,7 @@ def _flat(values: Array, pairs: list[tuple[int, int]]) -> Array:
 
 
 def _numbers(found: Rows, data: Sequence[TableRow], width: int, *, first: int = 0) -> Array:
-    """Return the numbers (n, width - first) of rows, those of the columns from ``first`` on."""
+    """Return the numbers (n, width - first) of rows, from the column ``first`` on."""
     refuse_cut(found.file, data, width, complete=found.complete, error=ExchangeError)
     refuse_other_width(found, data, width, ExchangeError)
     decimals: set[str] = set()

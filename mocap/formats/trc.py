@@ -24,10 +24,10 @@ from mocap.formats.marker_table import (
 Array: TypeAlias = NDArray[np.float64]
 
 
-# Times written with this error (s) or less are taken to mean an even rate.
+# Times that differ from an even rate by this, s, or less are rounded and mean that rate.
 ROUNDING_S = 6e-4
 LONGEST_INTERVAL_S = 1e6
-"""A rate below one over this, or above one over `LEAST_INTERVAL_S`, is none."""
+"""Longest interval of a valid rate, s; the shortest is `LEAST_INTERVAL_S`."""
 
 
 def read_trc(path: Path | str, *, partial: bool = False) -> MarkerTable:
@@ -38,12 +38,12 @@ def read_trc(path: Path | str, *, partial: bool = False) -> MarkerTable:
     path
         The file.
     partial
-        Whether to take a file that holds fewer frames than it announces.
+        Whether to accept a file that holds fewer frames than it announces.
 
     Raises
     ------
     ExchangeError
-        If its header is none, a row is short or holds no number, or rows are missing or doubled.
+        If it has no header, a row is short or holds no number, or rows are missing or doubled.
     """
     file = Path(path)
     text = text_of(file)
@@ -112,7 +112,7 @@ def write_trc(table: MarkerTable, path: Path) -> None:
 
 
 def _even(time: Array, rate: str) -> Array:
-    """Return the times without their rounding, where they fit the rate that the header gives."""
+    """Return the times of the header's rate if the rounded times agree with it."""
     hertz = number(rate)
     if hertz is None or not 1 / LONGEST_INTERVAL_S <= hertz <= 1 / LEAST_INTERVAL_S:
         return time
@@ -136,7 +136,7 @@ def _count(file: Path, header: dict[str, str], key: str) -> int:
 
 
 def _numbers(file: Path, row: TableRow, count: int) -> list[float]:
-    """Return the numbers of a row; empty cells, and those left off at its end, are nan."""
+    """Return the numbers of a row; empty cells, and missing ones at its end, are nan."""
     where = f"{file} line {row.line}"
     if len(row.cells) < 2:
         raise ExchangeError(f"{where}: has {len(row.cells)} columns instead of {count}")

@@ -1,4 +1,4 @@
-"""The motion of head and package from their tracked markers: poses, smoothed, with errors."""
+"""The motion of head and package from their tracks: smoothed poses with standard errors."""
 
 from __future__ import annotations
 
@@ -21,26 +21,27 @@ from mocap.tracking.tracks import Tracks
 
 Array: TypeAlias = NDArray[np.float64]
 
+COORDINATES = ("x_mm", "y_mm", "theta_rad")
+
 
 @dataclass(frozen=True)
 class Capture:
-    """The motion of head and package, and what it rests on.
+    """The motion of head and package with the data it is computed from.
 
     Attributes
     ----------
     motion
-        Head, package, and the package seen from the head; the marker file's reference and moving
-        body. Rotations count from the first frame.
+        Motion of the marker file's reference body (head) and moving body (package).
     frame
         (n,) numbers of the motion's frames in the recording.
     origin_mm
-        (2,) place of the head's first marker in the first frame, from the camera's axis.
+        (2,) position of the head's first marker in the first frame, from the camera's axis.
     poses
-        Poses of both bodies as measured, by name: reference, then moving body.
+        Measured poses by body: reference, then moving body.
     smoothing
-        How each coordinate of each body was smoothed, by ``<body>_<coordinate>``.
+        Smoothed coordinates by ``<body>_<coordinate>``.
     others
-        Poses of bodies that take no part in the motion, such as the jaw, whose skin slides.
+        Poses of the other bodies, such as the jaw, whose skin slides.
     """
 
     motion: Motion
@@ -56,62 +57,47 @@ def capture(
     markers: MarkerFile,
     world_mm: Array,
     scales: Mapping[str, BodyScale],
-    *,
-    cutoff_hz: float | None = None,
 ) -> Capture:
-    """Return the smoothed motions of both bodies and of one seen from the other.
+    """Return the smoothed motion of both bodies and of the package seen from the head.
 
     Parameters
     ----------
     tracks
-        Tracks with gaps bridged.
+        Tracks with their dropouts interpolated.
     markers
-        The bodies and which is seen from which.
+        The marker file, for the bodies.
     world_mm
         (n, m, 2) marker positions, mm from the camera's axis, y up.
     scales
-        Scale of each body, for the errors.
-    cutoff_hz
-        Cutoff of the smoothing; chosen from the data if None.
+        Scale of each body, for its standard error.
     """
     rows = usable_rows(tracks, markers)
-    poses = {
-        body: _poses_of(body, markers.bodies[body], tracks, world_mm, scales[body], rows)
-        for body in (markers.reference, markers.moving)
-    }
     time = tracks.time_s[rows]
+    poses: dict[str, Poses] = {}
     smoothing: dict[str, Smoothed] = {}
-    smooth: dict[str, tuple[Array, Array, Array]] = {}
-    for body, pose in poses.items():
+    smooth: list[_SmoothPose] = []
+    for body in (markers.reference, markers.moving):
+        pose = _poses_of(body, markers.bodies[body], tracks, world_mm, scales[body], rows)
         columns = [tracks.names.index(name) for name in pose.markers]
         same = repeats(tracks.position_px[rows][:, columns])
-        values, covariance = _smoothed_pose(time, pose, same, smoothing, cutoff_hz)
-        smooth[body] = (values[:, :2], values[:, 2], covariance)
-    head_at, head_angle, head_covariance = smooth[markers.reference]
-    package_at, package_angle, package_covariance = smooth[markers.moving]
-    axis = {
-        body: pose.axis_rad + float(smooth[body][1][0]) if pose.turns else None
-        for body, pose in poses.items()
-    }
-    head_angle, package_angle = head_angle - head_angle[0], package_angle - package_angle[0]
-    origin = head_at[0]
-    sigma = _relative_sigma(package_at - head_at, head_angle, head_covariance, package_covariance)
-    sigma[:, :2] = np.hypot(
-        sigma[:, :2],
-        _scale_error(package_at, head_at, scales[markers.moving], scales[markers.reference]),
-    )
+        poses[body] = pose
+        smoothing |= _smoothed_coordinates(time, pose, same)
+        smooth.append(_SmoothPose.of(pose, smoothing))
+    head, package = smooth
+    origin = head.position_mm[0]
+    pixels = tracks.position_px[rows, tracks.names.index(package.marked.markers[0])]
     motion = Motion(
         time_s=time,
-        relative_mm=rotated(package_at - head_at, -head_angle),
-        relative_rad=package_angle - head_angle,
-        sigma=sigma,
-        head_mm=head_at - origin,
-        head_rad=head_angle,
-        package_mm=package_at - origin,
-        package_rad=package_angle,
-        head_body=_marked(poses[markers.reference], axis),
-        package_body=_marked(poses[markers.moving], axis),
-        picture=_picture(tracks, rows, markers.bodies[markers.moving][0], package_at - origin),
+        relative_mm=rotated(package.position_mm - head.position_mm, -head.angle_rad),
+        relative_rad=package.angle_rad - head.angle_rad,
+        sigma=_relative_sigma(head, package, scales),
+        head_mm=head.position_mm - origin,
+        head_rad=head.angle_rad,
+        package_mm=package.position_mm - origin,
+        package_rad=package.angle_rad,
+        head_body=head.marked,
+        package_body=package.marked,
+        picture=PictureScale.fitted(pixels, package.position_mm - origin),
         rendered=markers.rendered,
     )
     return Capture(
@@ -124,14 +110,51 @@ def capture(
     )
 
 
-def _marked(pose: Poses, axis: Mapping[str, float | None]) -> MarkedBody:
-    return MarkedBody(pose.body, pose.markers, axis[pose.body])
+@dataclass(frozen=True)
+class _SmoothPose:
+    """Smoothed pose of a body: position (n, 2), angle since the first frame (n,), covariance."""
+
+    marked: MarkedBody
+    position_mm: Array
+    angle_rad: Array
+    covariance: Array
+
+    @classmethod
+    def of(cls, pose: Poses, smoothing: Mapping[str, Smoothed]) -> _SmoothPose:
+        """Return a pose with its coordinates, and their standard errors, replaced by smooth ones.
+
+        The correlations of the coordinates stay those of the measured pose.
+        """
+        values = np.column_stack([pose.position_mm, pose.angle_rad])
+        ratio = np.ones_like(values)
+        for k, name in enumerate(COORDINATES):
+            smooth = smoothing.get(f"{pose.body}_{name}")
+            if smooth is not None:
+                values[:, k] = smooth.values
+                # Angles count from the first frame: its error is in all others, zero in itself.
+                angle = name == "theta_rad"
+                sigma = smooth.sigma_since_first if angle else smooth.sigma
+                ratio[:, k] = sigma / np.sqrt(pose.covariance[:, k, k])
+        start = float(values[0, 2])
+        axis = pose.axis_rad + start if pose.turns else None
+        return cls(
+            MarkedBody(pose.body, pose.markers, axis),
+            values[:, :2],
+            values[:, 2] - start,
+            pose.covariance * ratio[:, :, None] * ratio[:, None, :],
+        )
 
 
-def _picture(tracks: Tracks, rows: slice, marker: str, places_mm: Array) -> PictureScale | None:
-    """Return the picture's scale at the depth of a marker whose places (n, 2) are known."""
-    pixels = tracks.position_px[rows, tracks.names.index(marker)]
-    return PictureScale.fitted(pixels, places_mm)
+def _smoothed_coordinates(time: Array, pose: Poses, same: Array) -> dict[str, Smoothed]:
+    """Return the smoothed coordinates of a body; the angle only where it is known."""
+    raw = np.column_stack([pose.position_mm, pose.angle_rad])
+    return {
+        f"{pose.body}_{name}": smoothed(
+            time, raw[:, k], np.sqrt(pose.covariance[:, k, k]), repeats=same
+        )
+        for k, name in enumerate(COORDINATES)
+        if name != "theta_rad" or pose.turns
+    }
 
 
 def _other_poses(
@@ -141,7 +164,7 @@ def _other_poses(
     scales: Mapping[str, BodyScale],
     rows: slice,
 ) -> dict[str, Poses]:
-    """Return the poses of the bodies beside the two, where all their markers are known."""
+    """Return the poses of all bodies but reference and moving that have all their markers."""
     others = {}
     for body, names in markers.bodies.items():
         columns = [tracks.names.index(name) for name in names]
@@ -164,34 +187,11 @@ def _poses_of(
     return body_poses(body, names, world_mm[rows][:, columns], sigma)
 
 
-def _smoothed_pose(
-    time: Array,
-    pose: Poses,
-    same: Array,
-    smoothing: dict[str, Smoothed],
-    cutoff_hz: float | None,
-) -> tuple[Array, Array]:
-    """Return x, y and angle (n, 3) smoothed, and their covariance (n, 3, 3)."""
-    raw = np.column_stack([pose.position_mm, pose.angle_rad])
-    values = raw.copy()
-    ratio = np.ones_like(raw)
-    for k, name in enumerate(("x_mm", "y_mm", "theta_rad")):
-        if name == "theta_rad" and not pose.turns:
-            continue
-        stated = np.sqrt(pose.covariance[:, k, k])
-        result = smoothed(time, raw[:, k], stated, repeats=same, cutoff_hz=cutoff_hz)
-        smoothing[f"{pose.body}_{name}"] = result
-        values[:, k] = result.values
-        # Angles count from the first frame, so its error is in all of them and none in itself.
-        angle = name == "theta_rad"
-        ratio[:, k] = (result.sigma_since_first if angle else result.sigma) / stated
-    return values, pose.covariance * ratio[:, :, None] * ratio[:, None, :]
-
-
 def _relative_sigma(
-    apart: Array, head_angle: Array, head_covariance: Array, package_covariance: Array
+    head: _SmoothPose, package: _SmoothPose, scales: Mapping[str, BodyScale]
 ) -> Array:
-    """Return the standard errors (n, 3) of R(−θ)(p − e) and of the relative angle."""
+    """Return the standard errors (n, 3), mm and rad, of R(−θ)(p − e) and of the relative angle."""
+    apart, head_angle = package.position_mm - head.position_mm, head.angle_rad
     n = head_angle.size
     c, s = np.cos(head_angle), np.sin(head_angle)
     back = np.zeros((n, 2, 2))
@@ -203,13 +203,21 @@ def _relative_sigma(
     quarter = np.stack([apart[:, 1], -apart[:, 0]], axis=1)
     to_head = -to_package
     to_head[:, :2, 2] = np.einsum("nij,nj->ni", back, quarter)
-    covariance = np.einsum("nij,njk,nlk->nil", to_package, package_covariance, to_package)
-    covariance += np.einsum("nij,njk,nlk->nil", to_head, head_covariance, to_head)
-    return np.asarray(np.sqrt(np.einsum("nii->ni", covariance)))
+    covariance = np.einsum("nij,njk,nlk->nil", to_package, package.covariance, to_package)
+    covariance += np.einsum("nij,njk,nlk->nil", to_head, head.covariance, to_head)
+    sigma = np.asarray(np.sqrt(np.einsum("nii->ni", covariance)))
+    of_scales = _scale_error(
+        package.position_mm,
+        head.position_mm,
+        scales[package.marked.name],
+        scales[head.marked.name],
+    )
+    sigma[:, :2] = np.hypot(sigma[:, :2], of_scales)
+    return sigma
 
 
 def _scale_error(package_at: Array, head_at: Array, package: BodyScale, head: BodyScale) -> Array:
-    """Return the error (n, 2), mm, that the scales' own errors bring into p − e."""
+    """Return the standard error (n, 2), mm, of p − e that is due to the scales."""
     if package.source == head.source:
         return np.abs(package_at - head_at) * package.relative_sigma
     return np.hypot(package_at * package.relative_sigma, head_at * head.relative_sigma)

@@ -1,4 +1,4 @@
-"""The relative motion against time as a picture, with its uncertainty as a band."""
+"""Figure of the relative motion against time, with its standard error as a band."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ def relative_figure(
     Parameters
     ----------
     time_s, relative_mm, relative_rad
-        (n,), (n, 2) and (n,): the motion.
+        (n,) s, (n, 2) mm and (n,) rad: the motion.
     sigma
-        (n, 3) its standard errors, mm and rad. They are shown as bands of ±2σ, along each curve
-        and, since they are narrow beside a motion of centimetres, enlarged below it.
+        (n, 3) its standard errors, mm and rad. Bands of ±2σ lie along each curve, where they are
+        narrow beside a motion of centimetres, and enlarged below it.
     title
-        What stands above.
+        Title of the figure.
     phases_s
-        Start and end of each phase, which is shaded.
+        Start and end of each phase, s; phases are shaded.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -77,7 +77,7 @@ def relative_figure(
         strip.axhline(0.0, color=LINE, lw=0.8)
         strip.set_ylabel(f"±2σ ({unit})", fontsize=8)
         strip.tick_params(axis="y", labelsize=8)
-        # A gap that was bridged would hide the rest: beyond this the band runs out of the strip.
+        # A long dropout has a wide band; it may leave the strip, so that the rest stays visible.
         reach = float(min(2.6 * np.max(error), 12 * np.median(error)))
         if reach > 0:
             strip.set_ylim(-reach, reach)

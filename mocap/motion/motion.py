@@ -62,26 +62,26 @@ class MarkedBody:
 class Motion:
     """Rigid motions of head and package in the world, and of the package seen from the head.
 
-    :meth:`of` makes a motion from fewer numbers, :meth:`read` from a ``motion.csv``.
+    :meth:`of` makes a motion from fewer arrays, :meth:`read` from a ``motion.csv``.
 
     Attributes
     ----------
     time_s
         (n,) increasing times, s; n ≥ 2.
     relative_mm, relative_rad
-        (n, 2) and (n,): place of the package's first marker in the head frame and rotation of the
-        package on the head since the first frame.
+        (n, 2) position of the package's first marker in the head frame, mm, and (n,) rotation of
+        the package relative to the head since the first frame, rad.
     sigma
         (n, 3) standard errors of the relative x and y, mm, and angle, rad; nan if not known.
     head_mm, head_rad
-        (n, 2) and (n,): place of the head's first marker in the world and rotation of the head
-        since the first frame; all nan if not known.
+        (n, 2) position of the head's first marker in the world, mm, and (n,) rotation of the head
+        since the first frame, rad; all nan if not known.
     package_mm, package_rad
-        The same of the package.
+        The same for the package.
     head_body, package_body
-        What the marker file calls the bodies, and their directions in the first frame.
+        Names, markers and directions of the bodies.
     picture
-        Where the world is in the recording's picture, at the package's depth; None if not known.
+        Map from the world to the recording's picture at the package's depth; None if not known.
     rendered
         Whether the recording is rendered and not filmed.
     """
@@ -142,12 +142,12 @@ class Motion:
         head_rad: ArrayLike | None = None,
         **about: Any,
     ) -> Motion:
-        """Return a motion from what is known of it; the package's place in the world follows.
+        """Return a motion; the package's motion in the world follows from the other two.
 
         Parameters
         ----------
         time_s, relative_mm, relative_rad, sigma, head_mm, head_rad
-            As the attributes; what is left out is not known.
+            As the attributes; omitted ones are not known.
         **about
             ``head_body``, ``package_body``, ``picture``, ``rendered``.
 
@@ -174,9 +174,9 @@ class Motion:
 
     @classmethod
     def read(cls, path: Path | str) -> Motion:
-        """Return the motion that a ``motion.csv`` holds.
+        """Return the motion in a ``motion.csv``.
 
-        Needed are the columns ``time_s`` and ``rel_*``; the others and the header may be missing
+        The columns ``time_s`` and ``rel_*`` are required; the others and the header are optional
         (:mod:`mocap.motion.motion_file`).
 
         Raises
@@ -217,9 +217,9 @@ class Motion:
         return {name: column for name, column in named if not np.isnan(column).all()}
 
     def rounded(self) -> Motion:
-        """Return the motion as a file holds it: mm and degrees to six decimals.
+        """Return the motion as a file holds it: mm and degrees with six decimals.
 
-        A replay of it gives the same bits whether or not it went through a file.
+        Its replay gives the same bits from memory and from its file.
         """
         table = {
             name: np.array([float(f"{value:.{DECIMALS}f}") for value in column])
@@ -234,32 +234,37 @@ class Motion:
 
     @cached_property
     def relative(self) -> RigidMotion:
-        """The package seen from the head: its first marker is the origin of the body's frame."""
+        """Motion of the package's first marker, and frame about it, in the head frame."""
         return RigidMotion(self.time_s, self.relative_rad, self.relative_mm)
 
     @cached_property
     def head(self) -> RigidMotion:
-        """The head frame in the world."""
+        """Motion of the head frame in the world."""
         self._check_world()
         return RigidMotion(self.time_s, self.head_rad, self.head_mm)
 
     @cached_property
     def package(self) -> RigidMotion:
-        """Where the package carries a point that is given by its place in the first frame."""
+        """Motion, in the world, of package points given by their position in the first frame."""
         self._check_world()
         return RigidMotion.of_reference_point(
             self.time_s, self.package_rad, self.package_mm, self.package_mm[0]
         )
 
     def at(self, time_s: float) -> RigidPlacement:
-        """Return the package seen from the head at one time; it rests before and after."""
+        """Return the package seen from the head at a time, s; at rest before and after the clip."""
         return self.relative.at(time_s)
 
     def with_(self, **changes: Any) -> Motion:
         """Return a motion with some attributes changed.
 
-        If the relative or the head's motion is changed and the package's is not, the package's
-        place in the world follows.
+        If the relative motion or the head's is changed and the package's is not, the latter
+        follows.
+
+        Raises
+        ------
+        MotionError
+            If there is no such attribute, or a value does not fit.
         """
         unknown = changes.keys() - {field.name for field in fields(self)}
         if unknown:
@@ -278,10 +283,15 @@ class Motion:
         )
 
     def shifted(self, *, x_mm: float = 0.0, y_mm: float = 0.0, turn_deg: float = 0.0) -> Motion:
-        """Return the motion of a package that is held elsewhere throughout.
+        """Return the motion with the package displaced by a constant.
 
-        ``x_mm`` and ``y_mm`` move it along the axes of the head frame; ``turn_deg`` turns it
+        ``x_mm`` and ``y_mm`` move it along the axes of the head frame; ``turn_deg`` rotates it
         counter-clockwise about its first marker.
+
+        Raises
+        ------
+        MotionError
+            If it is to be rotated and its direction is not known.
         """
         body, by = self.package_body, np.radians(turn_deg)
         if body.axis_rad is not None:
@@ -299,9 +309,9 @@ class Motion:
         Parameters
         ----------
         lip
-            Where the upper lip is at the rim, if known. How far the opening points above level is
-            taken from there, or else from the standard marks, which lie across the neck; the
-            camera is taken to be level.
+            Position of the upper lip at the rim, if known. It gives the angle of the opening above
+            level; without it the standard marks do, which lie across the neck. The camera is
+            assumed to be level.
         """
         self._check_world()
         return figures_of(
@@ -314,7 +324,7 @@ class Motion:
         )
 
     def plot(self) -> Figure:
-        """Return position and rotation of the package seen from the head, with bands of ±2σ."""
+        """Return a figure of the package's motion seen from the head, with bands of ±2σ."""
         return relative_figure(
             self.time_s,
             self.relative_mm,
@@ -326,7 +336,13 @@ class Motion:
         )
 
     def to_dataframe(self) -> pd.DataFrame:
-        """Return :meth:`columns` as a pandas table."""
+        """Return :meth:`columns` as a pandas table.
+
+        Raises
+        ------
+        MotionError
+            If pandas is not installed.
+        """
         try:
             import pandas as pd
         except ImportError:
@@ -335,7 +351,7 @@ class Motion:
 
     @property
     def in_world(self) -> bool:
-        """Whether the places of head and package in the world are known."""
+        """Whether the motions of head and package in the world are known."""
         return bool(np.isfinite(self.head_rad[0]) and np.isfinite(self.head_mm[0, 0]))
 
     __hash__ = None  # type: ignore[assignment]
@@ -365,7 +381,7 @@ class Motion:
             )
 
     def _inclination_deg(self) -> float | None:
-        """Return how far above level an opening points that faces left, square to its marks."""
+        """Return the angle above level of an opening that faces left, normal to its marks."""
         body = self.package_body
         if body.markers != ACROSS_THE_NECK or body.axis_rad is None:
             return None
@@ -400,7 +416,7 @@ _ARRAYS = {
 
 
 def _arrays(columns: dict[str, Array]) -> dict[str, Any]:
-    """Return the arrays of a motion from the columns of its file; nan for those that lack."""
+    """Return the arrays of a motion from the columns of its file; nan for missing ones."""
     unknown = np.full_like(columns["time_s"], np.nan)
     table = {name: columns.get(name, unknown) for name in COLUMNS}
     arrays = {"time_s": table["time_s"]}
@@ -412,7 +428,7 @@ def _arrays(columns: dict[str, Array]) -> dict[str, Any]:
 
 
 def _axis_deg(body: MarkedBody) -> float:
-    """Return the direction of a body to ``AXIS_DECIMALS``, with which it reads back the same."""
+    """Return the direction of a body, rounded so that it is read back unchanged."""
     assert body.axis_rad is not None
     return round(float(np.degrees(body.axis_rad)), AXIS_DECIMALS)
 

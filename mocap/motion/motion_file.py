@@ -1,7 +1,7 @@
-"""The text of ``motion.csv``: a header of ``# key = value`` lines and a table of numbers.
+"""Reading and writing of ``motion.csv``: a header of ``# key = value`` lines and a table.
 
 The header is optional. Each of its lines is TOML behind ``#``; other comment lines are ignored.
-Angles are in degrees, lengths in mm, times in s, y points up, and angles are counter-clockwise.
+Angles are in degrees and counter-clockwise, lengths in mm, times in s; y points up.
 
 =====================  ============================================================================
 key                    value
@@ -12,18 +12,18 @@ key                    value
 ``package_body``       name, markers and direction of the moving body, likewise
 ``package_markers``
 ``package_axis_deg``
-``picture_x_px``       place of the world's origin in the recording's picture, y down
+``picture_x_px``       position of the world's origin in the recording's picture, y down
 ``picture_y_px``
 ``picture_px_per_mm``  scale of the recording's picture at the package's depth
 ``rendered``           whether the recording is rendered and not filmed
 =====================  ============================================================================
 
-A file without a direction in its header takes it from ``first_frame`` of the ``summary.json`` that
-lies beside it, if there is one.
+A direction that is not in the header is taken from ``first_frame`` of the ``summary.json`` beside
+the file, if there is one.
 
-Cells may be separated by commas, semicolons or tabs, with decimal commas in the latter two cases
-(:mod:`geometry2d.foundation.delimited`), and header lines may be followed by empty cells: so a
-spreadsheet may have written the file.
+A spreadsheet may have written the file: cells may be separated by commas, semicolons or tabs, with
+decimal commas in the latter two cases (:mod:`geometry2d.foundation.delimited`), and empty cells may
+follow a header line.
 """
 
 from __future__ import annotations
@@ -101,12 +101,12 @@ def read_motion_file(path: Path) -> tuple[dict[str, Array], dict[str, Value]]:
     Raises
     ------
     MotionError
-        If the file is missing, lacks a column of ``NEEDED``, or holds what is no number.
+        If the file is missing, lacks a column of ``NEEDED``, or holds a cell that is no number.
     """
     if not path.exists():
         raise MotionError(f"no motion file {path}: make one with drinksim convert")
     text = text_of(path, what="motion file", error=MotionError)
-    # A spreadsheet puts a line with quotation marks into quotation marks.
+    # A spreadsheet encloses a line that holds quotation marks in quotation marks.
     lines = [(line, line.lstrip('"').startswith("#")) for line in text.split("\n")]
     rows = "\n".join("" if comment else line for line, comment in lines)
     table = named_table(path, rows, NEEDED, what="motion file", error=MotionError)

@@ -1,25 +1,24 @@
-"""Drinking figures from a motion: phases, tilt, pitch, closest approach, and the style.
+"""Drinking figures of a motion: phases, tilt, pitch, closest approach, drinking style.
 
-The package is *at the mouth* while its reference point is within ``AT_MOUTH_MM`` of the place of
-closest approach to the head's reference point, in one stretch around that instant. Within that
-stretch the *tilt* is the package's rotation in the world, which is what moves the liquid, counted
-from its arrival towards its largest amount. Then
+The package is *at the mouth* in the interval around its closest approach to the head in which its
+reference point stays within ``AT_MOUTH_MM`` of that position. The *tilt* is the rotation of the
+package in the world since the start of that interval: it moves the liquid. The phases are
 
 =========  =====================================================================
 approach   from the first movement (10 % of the largest speed) to the mouth
-contact    at the mouth, before a tenth of the tilt
-tilt       from a tenth to nine tenths of the tilt
-drink      as long as nine tenths of the tilt are kept
-release    from then until the mouth is left
+contact    at the mouth, below 10 % of the largest tilt
+tilt       from 10 % to 90 % of the largest tilt
+drink      above 90 % of the largest tilt
+release    from then until the package leaves the mouth
 =========  =====================================================================
 
-Suck, pour and pull differ in which lip seals (thesis §4.1): 'suck' closes both lips around the
-package, 'pour' leaves the upper lip off, 'pull' seals the upper lip with the liquid. Marks on head
-and neck do not show the lips. Where the marker file says where the upper lip and the ends of the
-rim are in the first frame, the rigid motions carry them along, and the lip's place at the opening
-tells the style, unless it lies within ``WALL_MM`` of the upper edge: there it may be on either side
-of the wall. Without those points only 'suck' can be told: nothing runs out of a package that is
-kept upright, so that its liquid reaches no lip by itself.
+The styles suck, pour and pull differ in which lip seals (thesis §4.1). In 'suck' both lips close
+around the package, in 'pour' the upper lip does not touch it, in 'pull' the upper lip meets the
+liquid. Marks on head and neck do not show the lips. The marker file may give the positions of upper
+lip and rim in the first frame; the rigid motions carry them along. The position of the lip at the
+opening then gives the style, unless it lies within ``WALL_MM`` of the rim's upper edge: there the
+lip may be on either side of the wall. Without those points only 'suck' is recognised: nothing runs
+out of an upright package.
 """
 
 from __future__ import annotations
@@ -36,33 +35,43 @@ Array: TypeAlias = NDArray[np.float64]
 
 AT_MOUTH_MM = 15.0
 MOVING_SHARE = 0.1
-# Between two sips the package goes at least this much (mm) further away than its closest place.
+# Between two sips the package is at least this much farther from the head than at its closest, mm.
 LEAVES_MM = 80.0
 TILT_SHARE = 0.1
-# A package tilted less than this (degrees) while at the mouth is not emptied by gravity.
+# A tilt at the mouth below this, degrees, does not count: gravity does not empty the package.
 NO_TILT_DEG = 3.0
-# Level liquid in a cylinder 2.5 times as high as wide and nine tenths full reaches the rim when
-# tilted by atan(0.5) = 27°: nothing runs out while the opening points higher above level than this.
+# Level liquid in a cylinder 2.5 times as high as wide and 90 % full reaches the rim at a tilt of
+# atan(0.5) = 27°. Nothing runs out while the opening points higher above level than 63°.
 UPRIGHT_DEG = 63.0
-# The upper lip is clear of the rim if its foremost point keeps more than this off, mm.
+# The upper lip is clear of the rim if its foremost point is farther off than this, mm.
 CLEAR_MM = 3.0
-# Walls of necks are 1.5 to 3 mm thick; points read off a picture, and a lip that moves on the
-# skull, are wrong by 2 mm. An upper lip nearer than this below the rim's upper edge may be in the
-# opening as well as on the rim.
+# Walls of necks are 1.5 to 3 mm thick. Points read off a picture, and a lip that moves on the
+# skull, have errors of 2 mm. An upper lip nearer than this below the rim's upper edge may be in the
+# opening or on the rim.
 WALL_MM = 5.0
-# Marks that lie across the neck, one above the other when the package lies level.
+# Marks across the neck: one above the other when the package lies level.
 ACROSS_THE_NECK = ("package_lower", "package_upper")
 PHASES = ("approach", "contact", "tilt", "drink", "release")
 
 
 @dataclass(frozen=True)
 class DrinkingFigures:
-    """What a drinking motion looks like in numbers.
+    """Figures of a drinking motion.
 
-    ``phases_s`` (start and end by name; phases that do not occur are left out) and times in s,
-    angles in degrees, lengths in mm. ``neck_tilt_deg`` is the largest rotation while at the mouth
-    as the head sees it, ``package_tilt_deg`` in the world. ``style`` is "suck", "pour", "pull" or
-    "unknown"; ``style_reason`` says by which observation.
+    Attributes
+    ----------
+    phases_s
+        Start and end, s, of each phase that occurs, by name.
+    duration_at_mouth_s
+        Length of the interval at the mouth, s.
+    closest_s, closest_mm
+        Time of the closest approach and distance of the reference points then.
+    neck_tilt_deg, package_tilt_deg
+        Largest rotation of the package at the mouth, seen from the head and in the world.
+    head_pitch_deg
+        Range of the head's rotation.
+    style, style_reason
+        "suck", "pour", "pull" or "unknown", and the observation it follows from.
     """
 
     phases_s: dict[str, tuple[float, float]]
@@ -76,17 +85,22 @@ class DrinkingFigures:
     style_reason: str
 
     def as_json(self) -> dict[str, Any]:
-        """Return the figures as plain values."""
+        """Return the figures as values for JSON."""
         return asdict(self)
 
 
 @dataclass(frozen=True)
 class LipAtRim:
-    """Where the foremost point of the upper lip is, seen from the opening of the package.
+    """Position of the upper lip's foremost point relative to the opening of the package.
 
-    ``past_mm`` (n,) is how far it lies past the rim, along the neck; ``outside_mm`` (n,) how far
-    beyond the rim's upper edge, negative across the opening. ``inclination_deg`` says how far the
-    opening points above level in the first frame.
+    Attributes
+    ----------
+    past_mm
+        (n,) distance past the rim along the neck.
+    outside_mm
+        (n,) distance beyond the rim's upper edge; negative in the opening.
+    inclination_deg
+        Angle of the opening above level in the first frame.
     """
 
     past_mm: Array
@@ -97,15 +111,15 @@ class LipAtRim:
 def lip_at_rim(
     head: RigidMotion, package: RigidMotion, lip_mm: Array, rim_mm: Array, mark_mm: Array
 ) -> LipAtRim:
-    """Return where the upper lip is at the rim, each carried along by its body.
+    """Return the position of the upper lip relative to the rim; each moves with its body.
 
     Parameters
     ----------
     head, package
-        Motions of points that are given by their places in the first frame.
+        Motions of points that are given by their positions in the first frame.
     lip_mm, rim_mm, mark_mm
-        (2,), (2, 2), lower end first, and (2,): places of the upper lip, of the rim's ends and of
-        the package's first mark in the first frame, mm from the head's mark.
+        (2,), (2, 2), lower end first, and (2,): positions of the upper lip, of the rim's ends and
+        of the package's first mark in the first frame, mm from the head's mark.
     """
     lip = head.apply(lip_mm[None])[:, 0]
     rim = package.apply(rim_mm)
@@ -137,14 +151,14 @@ def figures_of(
     time_s
         (n,) times, s.
     relative_mm, relative_rad
-        (n, 2) and (n,): the package seen from the head. Of a package whose rotation is not known
-        it is −``head_rad``: it is taken not to turn.
+        (n, 2) mm and (n,) rad: the package seen from the head. For a package of unknown rotation
+        the latter is −``head_rad``, as if it did not turn in the world.
     head_rad
-        (n,) rotation of the head; its range is the head's pitch.
+        (n,) rotation of the head, rad.
     inclination_deg
-        How far the opening points above level in the first frame, if known.
+        Angle of the opening above level in the first frame, if known.
     lip
-        Where the upper lip is at the rim, if known.
+        Position of the upper lip at the rim, if known.
     """
     distance = np.hypot(*relative_mm.T)
     closest = int(np.argmin(distance))
@@ -181,14 +195,14 @@ def sips_of(
 ) -> list[DrinkingFigures]:
     """Return the figures of every sip of a longer recording, in order of time.
 
-    A sip is a stretch at the mouth; two are apart if the package leaves the mouth in between by
-    ``LEAVES_MM``. Arguments as in :func:`figures_of`.
+    Two sips are separate if the package leaves the mouth by ``LEAVES_MM`` in between. Arguments as
+    in :func:`figures_of`.
     """
     distance = np.hypot(*relative_mm.T)
     away = distance > distance.min() + LEAVES_MM
     edges = np.flatnonzero(np.diff(np.concatenate([[True], away, [True]]).astype(int)))
     arrivals, leavings = edges[::2], edges[1::2]
-    # Each sip has the time from when the one before was over to when the next begins.
+    # The interval of a sip starts where the previous sip ends and ends where the next one starts.
     starts = np.concatenate([[0], leavings[:-1]])
     ends = np.concatenate([arrivals[1:], [time_s.size]])
     return [
@@ -236,22 +250,22 @@ def _phases(
 
 
 def _style(lowest_deg: float | None, lip: LipAtRim | None, drunk: slice) -> tuple[str, str]:
-    """Return the style and the observation it rests on.
+    """Return the style and the observation it follows from.
 
     Parameters
     ----------
     lowest_deg
-        How far the opening points above level at its lowest while at the mouth, if known.
+        Smallest angle of the opening above level at the mouth, if known.
     lip
-        Where the upper lip is at the rim, if known.
+        Position of the upper lip at the rim, if known.
     drunk
-        The frames in which the package is drunk from.
+        The frames of the drink phase.
     """
     upright = lowest_deg is not None and lowest_deg > UPRIGHT_DEG
     if lip is None:
         if upright:
             return "suck", f"the opening stays {lowest_deg:.0f}° above level: nothing runs out"
-        return "unknown", "where the upper lip is at the rim is not known: see [style]"
+        return "unknown", "the position of the upper lip at the rim is not known: see [style]"
     past = float(np.median(lip.past_mm[drunk]))
     outside = float(np.median(lip.outside_mm[drunk]))
     if past < -CLEAR_MM:
@@ -271,5 +285,5 @@ def _style(lowest_deg: float | None, lip: LipAtRim | None, drunk: slice) -> tupl
         )
     return "unknown", (
         f"the upper lip lies {past:.0f} mm past the rim and {outside:.0f} mm from its upper edge: "
-        "on which side of the wall is not seen"
+        "it may be on either side of the wall"
     )

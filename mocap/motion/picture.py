@@ -1,4 +1,4 @@
-"""The map from the world plane to the recording's picture."""
+"""Map from the world plane to the recording's picture."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 
 LEAST_SPREAD_MM = 1.0
-"""Places that spread less (standard deviation) say nothing about the scale."""
+"""Least standard deviation of positions from which a scale is fitted."""
 
 
 @dataclass(frozen=True)
 class PictureScale:
-    """Where a point of the world is in the picture: ``px = origin + px_per_mm · (x, −y)``."""
+    """Map from world points to the picture: ``px = origin + px_per_mm · (x, −y)``."""
 
     origin_px: tuple[float, float]
     px_per_mm: float
 
     @classmethod
     def fitted(cls, pixels: Array, places_mm: Array) -> PictureScale | None:
-        """Return the least-squares fit to places in the world and in the picture.
+        """Return the least-squares fit to positions in the world and in the picture.
 
         Parameters
         ----------
         pixels, places_mm
-            (n, 2) px, y down, and mm, y up, of the same points. Places that do not spread by
-            ``LEAST_SPREAD_MM`` give None.
+            (n, 2) px, y down, and mm, y up, of the same points. The result is None if their
+            standard deviation is below ``LEAST_SPREAD_MM``.
         """
         if len(places_mm) < 2:
             return None

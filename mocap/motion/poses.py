@@ -1,10 +1,10 @@
-"""Pose of a body in every frame from the positions of its markers, with its uncertainty.
+"""Pose of a body in every frame from the positions of its markers, with its standard error.
 
-The pose of a body in a frame is the angle θ and the position that bring its shape X_i nearest to
-the measured x_i in the least-squares sense, weights w_i = 1/σ_i². With both taken from their
-weighted means and as complex numbers, θ = arg Σ w_i x_i X̄_i (a rotation, never a reflection),
-σ_θ² = 1/Σ w_i|X_i|², and σ² = 1/Σ w_i for the mean. The shape is the average over all frames
-(generalised Procrustes, Gower 1975), so that no single frame's noise is in all angles.
+The pose of a body in a frame is the angle θ and the position that fit its shape X_i to the measured
+x_i by least squares with weights w_i = 1/σ_i². As complex numbers relative to their weighted means,
+θ = arg Σ w_i x_i X̄_i (a rotation, never a reflection), σ_θ² = 1/Σ w_i|X_i|², and σ² = 1/Σ w_i for
+the mean. The shape is the average over all frames (generalised Procrustes analysis, Gower 1975):
+no single frame's noise enters all angles.
 """
 
 from __future__ import annotations
@@ -21,24 +21,38 @@ from mocap.tracking.tracks import Tracks
 
 Array: TypeAlias = NDArray[np.float64]
 
-# A body whose markers miss their rigid places by this many stated errors is not rigid.
+# A body is not rigid if its RMS residual exceeds this many expected residuals ...
 RIGID_LIMIT = 5.0
-# ... and by more than this (mm), since stated errors may be very small.
+# ... and this length, mm: expected residuals may be very small.
 RIGID_LEAST_MM = 0.3
-# Standard errors over the usual one from which on a marker was bridged rather than seen.
-BRIDGED = 4.0
+# A marker is interpolated if its standard error exceeds the median one by this factor.
+INTERPOLATED = 4.0
 
 
 @dataclass(frozen=True)
 class Poses:
-    """Pose of one body in every frame, as measured.
+    """Measured pose of one body in every frame.
 
-    ``position_mm`` (n, 2) is that of the first marker, ``angle_rad`` (n,) the rotation since the
-    first frame; ``covariance`` (n, 3, 3) belongs to (x, y, angle). ``residual_mm`` (n,) is the RMS
-    distance of the markers from their rigid places, nan where one of them is bridged and not seen:
-    its standard error is then more than ``BRIDGED`` usual ones. ``turns`` is False for a single
-    marker. ``axis_rad`` is the direction from the first marker to the last where ``angle_rad`` is
-    zero, counter-clockwise from the world's x, from all frames together (0 for a single marker).
+    Attributes
+    ----------
+    body, markers
+        The body and its markers.
+    position_mm
+        (n, 2) position of the first marker, mm.
+    angle_rad
+        (n,) rotation since the first frame, rad.
+    covariance
+        (n, 3, 3) covariance of (x, y, angle).
+    residual_mm
+        (n,) RMS distance of the markers from the fitted shape, mm; nan where a marker is
+        interpolated.
+    expected_residual_mm
+        The same as the standard errors let expect.
+    turns
+        Whether the rotation is known; False for a single marker.
+    axis_rad
+        Direction from the first to the last marker at ``angle_rad`` zero, counter-clockwise from
+        the world's x, from all frames together; 0 for a single marker.
     """
 
     body: str
@@ -53,23 +67,23 @@ class Poses:
 
     @property
     def residual_rms_mm(self) -> float:
-        """RMS distance of the markers from their rigid places where they are seen, mm."""
+        """RMS residual over the frames without interpolated markers, mm."""
         return float(np.sqrt(np.nanmean(self.residual_mm**2)))
 
     @property
     def rigid(self) -> bool:
-        """Whether the markers keep their distances as well as their errors allow."""
+        """Whether the markers keep their distances within their errors."""
         limit = max(RIGID_LIMIT * self.expected_residual_mm, RIGID_LEAST_MM)
         return self.residual_rms_mm <= limit
 
 
 def usable_rows(tracks: Tracks, markers: MarkerFile) -> slice:
-    """Return the frames over which both bodies have all their markers, seen or bridged.
+    """Return the longest interval of frames in which both bodies have all their markers.
 
     Raises
     ------
     MotionError
-        If there are fewer than two such frames in a row.
+        If it is shorter than two frames.
     """
     needed = [*markers.bodies[markers.reference], *markers.bodies[markers.moving]]
     columns = [tracks.names.index(name) for name in needed]
@@ -131,7 +145,7 @@ def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm:
         angle_rad=angle - angle[0],
         covariance=covariance,
         residual_mm=np.where(
-            (sigma_mm > BRIDGED * np.median(sigma_mm, axis=0)).any(axis=1),
+            (sigma_mm > INTERPOLATED * np.median(sigma_mm, axis=0)).any(axis=1),
             np.nan,
             np.sqrt(np.mean(np.abs(measured - rigid) ** 2, axis=1)),
         ),
@@ -144,7 +158,10 @@ def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm:
 def _pose_covariance(
     total: Array, inertia: Array, arm: NDArray[np.complex128], *, turns: bool
 ) -> Array:
-    """Return the covariance (n, 3, 3) of x, y and angle of the marker at ``arm`` from the mean."""
+    """Return the covariance (n, 3, 3) of x, y and angle of the marker at ``arm`` from the mean.
+
+    ``total`` and ``inertia`` are Σ w and Σ w|X|² (n,); ``arm`` (n,) is complex, mm.
+    """
     covariance = np.zeros((total.size, 3, 3))
     covariance[:, 0, 0] = covariance[:, 1, 1] = 1 / total
     if turns:

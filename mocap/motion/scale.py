@@ -1,13 +1,12 @@
-"""From pixels to millimetres: lens, pixel shape, plane of motion, and the depth of each body.
+"""From pixels to millimetres: the scale of each body at its own depth.
 
-A point of a body at depth Z appears at x = c + f X/Z. After the lens is undone a body therefore has
-one scale m = f/Z (px/mm), the same for all its points while it stays in a plane parallel to the
-sensor, and lies at
+Without distortion, a point of a body at depth Z appears at x = c + f X/Z. All points of a body in a
+plane parallel to the sensor therefore have the same scale m = f/Z (px/mm), and lie at
 
     X = (x − c_x)/m,   Y = −(y − c_y)/m      (mm, from the camera's axis, y up).
 
-Two bodies at different depths have different m. Dividing both by the same m, as is usual, displaces
-one against the other by (x − c)(1/m₁ − 1/m₂): the largest error of the work this program follows.
+Bodies at different depths have different m. Division of both by the same m displaces one against
+the other by (x − c)(1/m₁ − 1/m₂), the largest error of the thesis' measurement.
 """
 
 from __future__ import annotations
@@ -17,61 +16,48 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from geometry2d.foundation.errors import DrinksimError
+from mocap.motion.errors import ScaleError
 from mocap.motion.turning import Cause, Flattening, flattening
-from mocap.tracking.markers import Intrinsics, MarkerFile, PlanePoints
+from mocap.tracking.markers import MarkerFile
 from mocap.tracking.tracks import Tracks
 
 Array: TypeAlias = NDArray[np.float64]
 
-# Marks whose distance differs by this share are turned out of the plane or moved in depth.
+# Relative difference of a pair's distance from its scale that is reported.
 FORESHORTENED = 0.02
-# Marks of a body that turns count for its scale while it is turned less than by this share (8°).
+# A body that turns gets its scale from the frames in which it is foreshortened less than this (8°).
 LEAST_TURNED = 0.01
-# Highest degree of the polynomial in time that a scale may follow.
+# Highest degree of the polynomial in time of a scale.
 HIGHEST_DEGREE = 3
-# A change of scale over the clip below this share is not followed: it would only add noise.
+# A scale is constant if it changes less than this share over the clip: more would add noise ...
 LEAST_CHANGE = 0.003
-# ... and so is one of fewer standard errors of the fitted curve than this.
+# ... or less than this many standard errors of the fitted curve.
 CLEAR_CHANGE = 8.0
-# Frames over which errors may go together: compressed pictures repeat themselves.
+# Number of frames over which errors are correlated: the encoder copies blocks.
 CORRELATED_FRAMES = 8
-
-
-class ScaleError(DrinksimError):
-    """Marks from which no scale can be had."""
-
-
-@dataclass(frozen=True)
-class PictureFormat:
-    """Size of the picture (px) and the width of a pixel over its height."""
-
-    width: int
-    height: int
-    pixel_aspect: float = 1.0
 
 
 @dataclass(frozen=True)
 class BodyScale:
-    """How large a body appears.
+    """Scale of a body in the picture.
 
     Parameters
     ----------
     px_per_mm
         (n,) scale in each frame.
     relative_sigma
-        Standard error of the scale over the scale, the same throughout the clip.
+        Relative standard error of the scale over the clip.
     source
-        The body whose marks gave it.
+        The body whose marks give the scale.
     change
-        Share by which the scale varies over the clip.
+        Relative change of the scale over the clip.
     foreshortened, enlarged
-        Frame rows in which the pair appears shorter, or longer, than its scale says by more than
-        2 %.
+        Rows of the frames in which the pair appears more than 2 % shorter, or longer, than by its
+        scale.
     flattening
-        What the dots' shape says about why the distance changes.
+        Regression of the dots' shape on their distance.
     """
 
     px_per_mm: Array
@@ -83,100 +69,28 @@ class BodyScale:
     flattening: Flattening
 
 
-def axis_px(lens: Intrinsics, picture: PictureFormat) -> Array:
-    """Return where the camera's axis meets the picture (2,), px."""
-    middle = (0.5 * (picture.width - 1), 0.5 * (picture.height - 1))
-    return np.array(
-        [
-            middle[0] if lens.cx is None else lens.cx,
-            middle[1] if lens.cy is None else lens.cy,
-        ]
-    )
-
-
-def undistorted(points_px: ArrayLike, lens: Intrinsics, picture: PictureFormat) -> Array:
-    """Return picture points (..., 2) as a perfect lens and square pixels would show them.
-
-    The polynomial of Brown (1966) as OpenCV writes it is inverted by Newton iterations with a
-    Jacobian from finite differences, to 1e-9 of the focal length.
-    """
-    points = np.asarray(points_px, float)
-    centre = axis_px(lens, picture)
-    if not lens.is_distorting:
-        ratio = picture.pixel_aspect if lens.fx is None or lens.fy is None else lens.fy / lens.fx
-        flat: Array = centre + (points - centre) * np.array([ratio, 1.0])
-        return flat
-    assert lens.fx is not None and lens.fy is not None
-    focal = np.array([lens.fx, lens.fy])
-    target = (points - centre) / focal
-    guess = target.copy()
-    step = 1e-6
-    along = step * np.eye(2)
-    for _ in range(20):
-        error = lens.distorted(guess) - target
-        along_x = (lens.distorted(guess + along[0]) - lens.distorted(guess)) / step
-        along_y = (lens.distorted(guess + along[1]) - lens.distorted(guess)) / step
-        determinant = along_x[..., 0] * along_y[..., 1] - along_y[..., 0] * along_x[..., 1]
-        dx = (error[..., 0] * along_y[..., 1] - error[..., 1] * along_y[..., 0]) / determinant
-        dy = (along_x[..., 0] * error[..., 1] - along_x[..., 1] * error[..., 0]) / determinant
-        guess = guess - np.stack([dx, dy], axis=-1)
-        if np.nanmax(np.abs(error), initial=0.0) < 1e-9:
-            break
-    straight: Array = centre + guess * lens.fy
-    return straight
-
-
-def flattened(points_px: ArrayLike, markers: MarkerFile, picture: PictureFormat) -> Array:
-    """Return picture points (..., 2) without errors of lens, pixel shape and slanted view.
-
-    They stay px, or with ``[plane]`` become mm with y down.
-    """
-    flat = undistorted(points_px, markers.lens, picture)
-    return flat if markers.plane is None else rectified(flat, markers.plane)
-
-
-def rectified(points_px: Array, plane: PlanePoints) -> Array:
-    """Return points (..., 2) seen square on, in mm with y **down**, from four points of a plane.
-
-    The homography is solved from the four pairs (Hartley and Zisserman 2004, §4.1).
-    """
-    image = np.array(plane.image_px)
-    world = np.array(plane.world_mm) * [1.0, -1.0]
-    rows, right = [], []
-    for (x, y), (u, v) in zip(image, world, strict=True):
-        rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y], [0, 0, 0, x, y, 1, -v * x, -v * y]]
-        right += [u, v]
-    try:
-        h = np.append(np.linalg.solve(np.array(rows), np.array(right)), 1.0).reshape(3, 3)
-    except np.linalg.LinAlgError:
-        raise ScaleError("[plane]: three of the four points lie on a line") from None
-    homogeneous = np.concatenate([points_px, np.ones((*points_px.shape[:-1], 1))], axis=-1) @ h.T
-    mapped: Array = homogeneous[..., :2] / homogeneous[..., 2:]
-    return mapped
-
-
 def body_scales(tracks: Tracks, markers: MarkerFile, flat: Array) -> dict[str, BodyScale]:
-    """Return the scale of every body from the marks whose distance is known.
+    """Return the scale of every body from marks of known distance.
 
     Parameters
     ----------
     tracks
         The tracks, for times and errors.
     markers
-        The distances in mm.
+        The marker file, for distances in mm.
     flat
-        (n, m, 2) marker positions without lens errors, px.
+        (n, m, 2) corrected marker positions, px.
 
     Raises
     ------
     ScaleError
-        If the marks of a pair coincide or are never seen together.
+        If the marks of a pair coincide or are never detected together.
     """
     own = {
         body: _scale_of_pair(tracks, flat, markers.bodies[body][:2], length, markers, body)
         for body, length in markers.scale_mm.items()
     }
-    # Whatever else is marked, such as the jaw, lies about as deep as the reference body.
+    # Other bodies, such as the jaw, are about as deep as the reference body.
     deep = own.get(markers.reference) or own[markers.moving]
     return {body: own.get(body, deep) for body in markers.bodies}
 
@@ -229,9 +143,9 @@ def _scale_of_pair(
 
 
 def _unturned(distance: Array, sigma: Array, use: NDArray[np.bool_], start: float) -> float:
-    """Return the distance of a pair when it is turned least: what turns keeps its scale.
+    """Return the distance of a pair at its smallest rotation, px.
 
-    The weighted mean of the samples that are not clearly shorter than it, from ``start`` on.
+    This is the weighted mean of the samples that are not clearly shorter, iterated from ``start``.
     """
     level = float(start)
     for _ in range(20):
@@ -248,10 +162,10 @@ def _unturned(distance: Array, sigma: Array, use: NDArray[np.bool_], start: floa
 def _slow_trend(
     time: Array, distance: Array, sigma: Array, use: NDArray[np.bool_]
 ) -> tuple[Array, float]:
-    """Return a polynomial in time through an apparent distance (n,) and its standard error (px).
+    """Return a polynomial in time fitted to an apparent distance (n,), px, and its standard error.
 
-    The degree is the one of least BIC; a polynomial that changes less than ``LEAST_CHANGE`` over
-    the clip gives way to the weighted mean. Outliers weigh less (Huber).
+    The degree is that of least BIC. A polynomial that changes less than ``LEAST_CHANGE`` over the
+    clip is replaced by the weighted mean. The weights are Huber's.
     """
     span = max(float(np.ptp(time)), 1e-9)
     s = 2 * (time - time[0]) / span - 1
@@ -284,7 +198,7 @@ def _slow_trend(
 
 
 def _inflation(residual: Array) -> float:
-    """Return by what factor a mean is less certain because neighbouring residuals go together."""
+    """Return the factor by which correlation of the residual increases a mean's standard error."""
     total = float(residual @ residual)
     together = 0.0
     for lag in range(1, min(CORRELATED_FRAMES, residual.size - 1) + 1):
@@ -292,7 +206,7 @@ def _inflation(residual: Array) -> float:
         if shared <= 0:
             break
         together += shared
-    # A fitted mean takes its own share out of the residual's correlation: about 1/n at each lag.
+    # A fitted mean lowers the correlation of the residual by about 1/n at each lag.
     return float(np.sqrt(1 + 2 * together + 2.0 * CORRELATED_FRAMES / residual.size))
 
 
@@ -303,7 +217,19 @@ def positions_mm(
     scales: Mapping[str, BodyScale],
     centre: Array,
 ) -> Array:
-    """Return marker positions (n, m, 2), mm from the camera's axis, y up, at their body's depth."""
+    """Return marker positions (n, m, 2), mm from the camera's axis, y up.
+
+    Parameters
+    ----------
+    flat
+        (n, m, 2) corrected positions, px.
+    names
+        The m markers.
+    markers, scales
+        The marker file, for the bodies, and their scales.
+    centre
+        (2,) corrected position of the camera's axis, px.
+    """
     world = np.full_like(flat, np.nan)
     for k, name in enumerate(names):
         body = markers.body_of(name)

@@ -1,24 +1,24 @@
-"""Smoothing of sampled signals with a cutoff chosen from their own noise.
+"""Smoothing splines whose cutoff frequency follows from the noise of the signal.
 
 A signal y(t) with standard errors σ is replaced by the curve z that minimises
 
     Σ ((yᵢ − zᵢ)/σᵢ)² + λ ∫ (z‴)² dt.
 
-For even sampling this is a filter without phase lag of amplitude 1/(1 + (f/f₀)⁶), the same as a
-third-order Butterworth filter run forwards and backwards; but it takes uneven times and unequal
-errors, and no padding is needed at the ends, where it goes over into the best parabola.
+For even sampling this is a filter without phase lag and with the amplitude 1/(1 + (f/f₀)⁶), like a
+third-order Butterworth filter applied forwards and backwards. It also accepts uneven times and
+unequal errors. It needs no padding at the ends, where it approaches the best parabola.
 
-λ is chosen from the data's own residual and roughness. The penalty says that z is a thrice
-integrated white noise; then the data, of noise s²/w, have a likelihood, and the λ and s of greatest
-likelihood (Wahba 1985, "generalized maximum likelihood") minimise
+λ is chosen by maximum likelihood. The penalty states that z is white noise integrated three times.
+The data have the noise variance s²/w. The λ and s of greatest likelihood (Wahba 1985, "generalized
+maximum likelihood") minimise
 
     (m − 3) log Q + log det(W + λP) − (n − 3) log λ,   Q = Σ w y (y − z),
 
-m being the number of samples with weight. This leaves a little more noise than a choice by least
-estimated error (Mallows' Cp, cross-validation), and less of the bias at the ends, which is in all
-angles, since they count from the first frame. The inverse's band is computed exactly in O(n)
-(Hutchinson and de Hoog 1985). Standard errors of the curve are Wahba's (1983), which include the
-bias of smoothing on average.
+with m the number of samples of nonzero weight. This choice leaves slightly more noise than one by
+least estimated error (Mallows' Cp, cross-validation), and less bias at the ends. The bias at the
+first frame enters all angles, which count from there. The band of the inverse is computed exactly
+in O(n) (Hutchinson and de Hoog 1985). The standard errors of the curve are those of Wahba (1983),
+which include the bias of smoothing on average.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ Array: TypeAlias = NDArray[np.float64]
 
 ORDER = 3
 CUTOFFS_TRIED = 60
-# A sample with this many times the usual standard error is left to the curve.
+# A sample whose standard error exceeds the median one by this factor gets no weight.
 WORSE = 4.0
-# Fewer samples than this say nothing about noise: they are left alone.
+# Shorter signals are not smoothed: their noise cannot be estimated.
 LEAST_SAMPLES = 8
 
 
@@ -49,7 +49,7 @@ class SmoothingError(DrinksimError):
 
 @dataclass(frozen=True)
 class Smoothed:
-    """A smoothed signal and what the smoothing did.
+    """A smoothed signal.
 
     Parameters
     ----------
@@ -62,9 +62,9 @@ class Smoothed:
     cutoff_hz
         Frequency at which the amplitude falls to 1/√2; nan if nothing was smoothed.
     removed_rms
-        RMS of what was taken away, in the signal's unit.
+        RMS difference of signal and curve, in the signal's unit.
     noise_factor
-        Noise found in the signal over the noise stated in ``sigma``: 1 where the stated was right.
+        Estimated noise of the signal over its stated standard errors.
     """
 
     values: Array
@@ -85,21 +85,21 @@ def smoothed(
     repeats: ArrayLike = 1.0,
     cutoff_hz: float | None = None,
 ) -> Smoothed:
-    """Return a signal freed of the noise that its own residuals show.
+    """Return a signal smoothed with the cutoff of greatest likelihood.
 
     Parameters
     ----------
     time_s, values, sigma
         (n,) increasing times (s), the signal, and its standard errors (positive).
     repeats
-        (n,) how many samples share each one's error, so that together they count as one.
+        (n,) number of samples that share each sample's error; together they count as one.
     cutoff_hz
-        Use this cutoff instead of choosing one.
+        Cutoff frequency, Hz; None: chosen from the signal.
 
     Raises
     ------
     SmoothingError
-        If the arrays do not fit together, hold gaps, or a standard error is not positive.
+        If shapes differ, a value is not finite, or a standard error is not positive.
     """
     time, signal, error = (np.asarray(a, float) for a in (time_s, values, sigma))
     if not (time.shape == signal.shape == error.shape and time.ndim == 1):
@@ -107,7 +107,9 @@ def smoothed(
             f"times {time.shape}, values {signal.shape} and errors {error.shape} differ in shape"
         )
     if not (np.isfinite(signal).all() and np.isfinite(error).all() and np.all(error > 0)):
-        raise SmoothingError("the signal has gaps or standard errors that are not positive")
+        raise SmoothingError(
+            "the signal has values that are not finite or standard errors that are not positive"
+        )
     if time.size < LEAST_SAMPLES:
         rate = np.gradient(signal, time) if time.size > 1 else np.zeros_like(signal)
         unknown = np.full_like(signal, np.nan)
@@ -117,7 +119,7 @@ def smoothed(
     unit = float(np.median(np.diff(time)))
     penalty = _penalty_band(time / unit)
     usual = float(np.median(error))
-    # What is known much worse than usual was bridged: the curve itself bridges better.
+    # Samples of much larger error are interpolated ones: the curve interpolates better itself.
     weight = np.where(error > WORSE * usual, 0.0, 1 / error**2)
     weight = weight / np.asarray(repeats, float)
     mean_weight = 1 / usual**2
@@ -130,14 +132,14 @@ def smoothed(
 
 
 def _cutoffs(time: Array, unit: float) -> list[float]:
-    """Return the cutoffs to try: from one cycle in the whole clip to nearly no smoothing."""
+    """Return the cutoffs to compare, from one cycle per clip to nearly no smoothing."""
     slowest = 1.0 / (time[-1] - time[0])
     return list(np.geomspace(slowest, 0.45 / unit, CUTOFFS_TRIED))
 
 
 def _stiffness(cutoff_hz: float, unit: float, weight: float) -> float:
     """Return λ (times in ``unit``) whose filter has amplitude 1/√2 at the cutoff."""
-    # What a difference between samples makes of a frequency; 2πf for those far below the rate.
+    # Response of a finite difference to this frequency; 2πf far below the sampling rate.
     omega = 2 * np.sin(np.pi * cutoff_hz * unit)
     return float((np.sqrt(2.0) - 1.0) * weight / omega ** (2 * ORDER))
 
@@ -154,7 +156,7 @@ def _solution(
     measured = weight > 0
     left = float(measured.sum() - np.sum(inverse[0] * weight))
     chi = float(np.sum(weight * (signal - curve) ** 2))
-    # With little removed there is not enough residual to judge the stated errors by.
+    # With few degrees of freedom left the residual does not test the stated errors.
     noise = np.sqrt(chi / left) if left > LEAST_SAMPLES else 1.0
     rate = np.gradient(curve, time, edge_order=2)
     # Central differences of z at samples two apart, from the band of its covariance.
@@ -176,7 +178,7 @@ def _solution(
 
 
 def _score(signal: Array, weight: Array, penalty: Array, stiffness: float) -> float:
-    """Return minus twice the logarithm of the likelihood of one λ, but for a constant."""
+    """Return −2 log likelihood of one λ, up to a constant."""
     curve, _, factor = _fit(signal, weight, penalty, stiffness)
     residual = max(float(np.sum(weight * signal * (signal - curve))), 1e-300)
     determinant = 2.0 * float(np.sum(np.log(factor[0])))
@@ -228,7 +230,7 @@ def banded_solution(factor: Array, right: Array) -> Array:
 
 @compiled
 def inverse_band(factor: Array) -> Array:
-    """Return the band (b + 1, n) of (L Lᵀ)⁻¹, the inverse not formed (Takahashi's recursion)."""
+    """Return the band (b + 1, n) of (L Lᵀ)⁻¹ by Takahashi's recursion."""
     width = factor.shape[0] - 1
     n = factor.shape[1]
     inverse = np.zeros((width + 1, n))

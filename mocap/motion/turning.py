@@ -1,15 +1,15 @@
-"""Whether two marks change their distance by coming nearer or by turning out of the plane.
+"""Rotation out of the plane and motion in depth, told apart by the shape of the marks.
 
-Both change the apparent distance d of a pair. A body that moves in depth changes the size of its
-dots with it, evenly in all directions. One that turns out of the plane, about an axis across the
-line through its marks, flattens them along that line as much as it shortens the line (by cos φ).
-With a and b the extents of the dots along and across the line, the regression over the frames
+Both change the apparent distance d of a pair of marks. A body that moves in depth changes the size
+of its dots equally in all directions. A body that turns out of the plane, about an axis across the
+line through its marks, shortens the dots along that line by the same factor, cos φ, as the line.
+Let a and b be the extents of the dots along and across the line. The regression over the frames
 
     log(a/b) = β log d + γ (v_a² − v_b²) + const
 
-has β = 1 for turning and 0 for depth. The second term is the blur by motion, which stretches dots
-along their speed v. What dots look like at rest, such as flattened on a curved neck, is in the
-constant.
+has β = 1 for a rotation and β = 0 for motion in depth. The second term is motion blur, which
+stretches dots along their velocity v. The constant holds the shape of the dots at rest, such as
+flattening on a curved neck.
 """
 
 from __future__ import annotations
@@ -23,32 +23,32 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 
-# Fewer frames than this show nothing.
+# Least number of frames for the regression.
 LEAST_FRAMES = 10
-# Error of β from blur and from the model of a flat dot, beside that of the regression.
+# Standard error of β from blur and from the model of a flat dot, added to that of the regression.
 MODEL_SIGMA = 0.1
-# β has to be this many standard errors from one half.
+# Least distance of β from one half for a decision, in standard errors.
 CLEARLY = 2.0
 
 
 class Cause(Enum):
-    """What changes an apparent distance; the value says it in words."""
+    """Cause of a change of the apparent distance; the value is its description."""
 
-    TURNING = "the dots flatten with it: turned out of the plane"
-    DEPTH = "the dots change their size with it: moved in depth"
-    UNKNOWN = "turned out of the plane or moved in depth: the dots do not tell"
+    TURNING = "the dots flatten with it: it is a rotation out of the plane"
+    DEPTH = "the dots change their size with it: it is a motion in depth"
+    UNKNOWN = "a rotation out of the plane or a motion in depth: the dots do not decide"
 
 
 @dataclass(frozen=True)
 class Flattening:
-    """β of the module's regression with its standard error, both nan if nothing could be told."""
+    """β of the module's regression and its standard error; both nan if there are too few frames."""
 
     share: float
     sigma: float
 
     @property
     def cause(self) -> Cause:
-        """What the dots say."""
+        """Cause of the change of distance."""
         away = (self.share - 0.5) / self.sigma
         if away > CLEARLY:
             return Cause.TURNING
@@ -56,16 +56,17 @@ class Flattening:
 
 
 def flattening(time_s: Array, position_px: Array, ellipse: Array) -> Flattening:
-    """Return how much of a pair's change of distance shows as flattening of its dots.
+    """Return the regression of the dots' flattening on the distance of two marks.
 
     Parameters
     ----------
     time_s
-        (n,) times of the frames in which both marks are seen.
+        (n,) times of the frames in which both marks are detected, s.
     position_px
-        (n, 2, 2) positions of the two marks.
+        (n, 2, 2) positions of the two marks, px.
     ellipse
-        (n, 2, 3) entries xx, xy, yy of the symmetric G whose |G (x − c)| = 1 is a dot's edge.
+        (n, 2, 3) entries xx, xy, yy of the symmetric matrix G, 1/px; |G (x − c)| = 1 is a dot's
+        edge.
     """
     known = np.isfinite(ellipse).all(axis=(1, 2))
     if np.count_nonzero(known) < LEAST_FRAMES:

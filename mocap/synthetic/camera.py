@@ -1,8 +1,7 @@
-"""Camera, lens and sensor of drawn videos: what is between a scene and its grey levels.
+"""Camera, lens and sensor of rendered videos: from a scene to grey levels.
 
 World: mm, x right, y up, z towards the camera (`depth_mm`). Picture: px, x right, y down, integers
-at pixel centres. Lens and camera matrix follow OpenCV's conventions, so that what a tracker
-corrects with them is what was drawn.
+at pixel centres. Lens and camera matrix follow OpenCV's conventions, as in marker files.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ Colour = tuple[float, float, float]
 
 
 class SyntheticError(DrinksimError):
-    """A scene or camera was described that cannot be drawn."""
+    """A scene or camera that cannot be rendered."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +57,9 @@ class Camera:
     fps
         Frames per second.
     exposure_s
-        How long the shutter is open for each frame, s.
+        Exposure time of a frame, s.
     principal_px
-        Where the optical axis meets the picture, px; None: the picture's centre.
+        Point where the optical axis meets the picture, px; None: the picture's centre.
     turn_deg
         Rotation of the camera about the point it aims at, degrees, as an axis-angle vector in the
         camera's own axes (x right, y down, z forward); zero looks along the normal of the plane.
@@ -135,19 +134,20 @@ class Camera:
 
 @dataclass(frozen=True)
 class Sensor:
-    """What turns light into grey levels.
+    """Conversion of light to grey levels.
 
     Parameters
     ----------
     full_well_e
-        Electrons in a pixel that is just white: shot noise of a pixel with N electrons is √N.
-        Infinite: no shot noise.
+        Electrons in a pixel that is just white; the shot noise of N electrons is √N. Infinite: no
+        shot noise.
     read_noise_e
         Standard deviation of the read noise, electrons.
     gamma
         Exponent of the display: grey level = 255 × light^(1/gamma).
     seed
-        Of the noise; each frame has its own stream, so frames can be drawn in any order.
+        Seed of the noise; each frame has its own stream, so that frames do not depend on their
+        order.
     """
 
     full_well_e: float = np.inf
@@ -164,7 +164,7 @@ class Sensor:
         if np.isinf(self.full_well_e) and self.read_noise_e > 0:
             raise SyntheticError(
                 f"sensor read_noise_e is {self.read_noise_e} electrons, but full_well_e is "
-                "infinite: give the full well, which says how bright an electron is"
+                "infinite: give the full well, which converts electrons to light"
             )
 
     def read_out(self, light: LinearImage, frame: int) -> Image:
@@ -179,12 +179,12 @@ class Sensor:
         return np.asarray(np.rint(levels), np.uint8)
 
     def linear(self, colour: Colour) -> NDArray[np.float32]:
-        """Return the light (3,) that shows as a colour given as displayed values 0...1."""
+        """Return the linear light (3,) of a colour given by displayed values 0...1."""
         return np.asarray(colour, np.float32) ** np.float32(self.gamma)
 
 
 def _axis_angle_matrix(vector: Array) -> Array:
-    """Rotation matrix (3, 3) of an axis-angle vector (rad), Rodrigues' formula."""
+    """Return the rotation matrix (3, 3) of an axis-angle vector, rad (Rodrigues' formula)."""
     angle = float(np.linalg.norm(vector))
     if angle == 0:
         return np.eye(3)

@@ -1,10 +1,9 @@
 """Exact area coverage of polygons on a pixel grid.
 
-A pixel of an ideal sensor collects the light of its whole square. Of a flat-coloured polygon it
-therefore sees exactly the fraction of its area that the polygon covers, and with that fraction the
-centroid of a drawn shape is where the shape is, to rounding. Drawing with sampled or "line"
-anti-aliasing would instead move edges by hundredths of a pixel, which is as much as a good tracker
-errs.
+A pixel of an ideal sensor collects the light of its whole square. Its value for a flat-coloured
+polygon is the fraction of its area that the polygon covers. With exact fractions the centroid of a
+rendered shape is that of the polygon, to rounding. Sampled anti-aliasing would move edges by
+hundredths of a pixel, the error of a good tracker.
 """
 
 from __future__ import annotations
@@ -23,14 +22,14 @@ def coverage(corners_px: ArrayLike, shape: tuple[int, int]) -> Array:
     corners_px
         (n, 2) corners x, y in px, x right, y down, integers at pixel centres; either orientation.
     shape
-        (rows, columns) of the grid; what lies outside of it is cut off.
+        (rows, columns) of the grid; parts of the polygon outside it are ignored.
 
     Notes
     -----
-    Every edge is cut at the grid lines. A piece inside one pixel that rises by dy at the mean
+    Every edge is cut at the grid lines. A part inside one pixel that rises by dy at the mean
     distance x from the pixel's left border adds dy (1 - x) to the signed area of that pixel and dy
-    to every pixel right of it (Green's theorem row by row); a running sum over the row then gives
-    all areas at once.
+    to every pixel right of it (Green's theorem row by row). A cumulative sum over the row gives all
+    areas.
     """
     rows, columns = shape
     corners = np.asarray(corners_px, float) + 0.5

@@ -1,4 +1,4 @@
-"""What a virtual camera sees: flat coloured bodies with markers, moving in the world plane."""
+"""Scenes for the virtual camera: flat coloured bodies with markers that move in the world plane."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class Shape:
     colour
         Red, green, blue as displayed, 0...1.
     opacity
-        1 covers what is behind it, 0 is invisible.
+        1 covers everything behind it, 0 is invisible.
     softness_mm
-        Standard deviation of a softening of the edge, mm: for shades, not for markers.
+        Standard deviation of the blur of the edge, mm; for shades, not for markers.
     depth_mm
         Height above the world plane, towards the camera, mm.
     name, inside
-        A shape may be confined to an earlier shape of its body, which it names.
+        Name of the shape, and name of an earlier shape of the body that confines it.
     """
 
     corners_mm: Array
@@ -61,7 +61,7 @@ class Shape:
 class Marker:
     """A named point of a body and the shapes that make it visible.
 
-    The classmethods draw the usual kinds; `at_mm` is the point a tracker should find.
+    The class methods make the usual kinds; ``at_mm`` is the point that a tracker has to find.
     """
 
     name: str
@@ -79,7 +79,7 @@ class Marker:
         colour: Colour = BLACK,
         depth_mm: float = 0.0,
     ) -> Marker:
-        """Return a bare disc."""
+        """Return a disc."""
         return cls(name, at_mm, (disc(at_mm, radius_mm, colour, depth_mm),), depth_mm)
 
     @classmethod
@@ -118,15 +118,15 @@ class Marker:
 
 @dataclass(frozen=True)
 class SceneBody:
-    """Shapes and markers that move together; later ones are drawn over earlier ones."""
+    """Shapes and markers that move together; later ones cover earlier ones."""
 
     name: str
     motion: RigidMotion
     shapes: tuple[Shape, ...] = ()
     markers: tuple[Marker, ...] = ()
 
-    def drawn(self) -> tuple[Shape, ...]:
-        """Return all shapes in drawing order, the markers' last."""
+    def all_shapes(self) -> tuple[Shape, ...]:
+        """Return all shapes in order; those of the markers are last."""
         return self.shapes + tuple(s for marker in self.markers for s in marker.shapes)
 
 
@@ -137,7 +137,7 @@ class Light:
     Parameters
     ----------
     slope
-        Relative change of the light from one border of the picture to the other (right, down).
+        Relative change of the light from one edge of the picture to the other (right, down).
     flicker, flicker_hz
         Relative amplitude and frequency of a sinusoidal flicker (mains light: 100 or 120 Hz).
     """
@@ -149,7 +149,7 @@ class Light:
 
 @dataclass(frozen=True)
 class Scene:
-    """Bodies in drawing order (an occluder is a body that comes late) before a background."""
+    """Bodies before a background; later bodies occlude earlier ones."""
 
     bodies: tuple[SceneBody, ...]
     background: Colour = (0.72, 0.75, 0.77)

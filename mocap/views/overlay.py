@@ -1,4 +1,4 @@
-"""The video with what was measured drawn on it: markers, trails, body axes, time and state."""
+"""The video with markers, trails, body axes, time and relative motion drawn on it."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ WHITE: Colour = (255, 255, 255)
 BLACK: Colour = (0, 0, 0)
 STATUS_COLOURS = {"seen": SEEN, "fixed": FIXED, "predicted": PREDICTED, "lost": LOST}
 TRAIL_FRAMES = 20
-# Points on the picture are drawn to a sixteenth of a pixel.
+# Binary digits of a pixel's fraction in OpenCV's coordinates.
 SHIFT = 4
-# An even number of rows and columns is what the usual H.264 colour format needs.
+# Largest frame rate of the written file, frames/s.
 RATE_LIMIT = 1000
 
 
@@ -52,7 +52,7 @@ def write_overlay(
     video
         The recording, read again from its start.
     tracks, captured, markers
-        What was measured.
+        Tracks, motion and marker file.
     out
         The file to write; it plays in a browser.
     progress
@@ -84,7 +84,19 @@ def draw_frame(
     motion_row: int | None,
     markers: MarkerFile,
 ) -> Image:
-    """Return one picture (height, width, 3; blue, green, red) with everything drawn on it."""
+    """Return one picture (height, width, 3; blue, green, red) with all overlays.
+
+    Parameters
+    ----------
+    picture
+        The frame; it may be changed.
+    tracks, row
+        The tracks and the row of the frame.
+    motion, motion_row
+        The motion and its row, None if the frame has none.
+    markers
+        The marker file.
+    """
     canvas = np.ascontiguousarray(picture)
     size = max(min(canvas.shape[0] / 720.0, canvas.shape[1] / 1150.0), 0.45)
     _draw_bodies(canvas, tracks, row, markers, size)
@@ -98,13 +110,13 @@ def draw_frame(
 
 
 def _is_lowest(tracks: Tracks, row: int, k: int, mates: tuple[str, ...]) -> bool:
-    """Whether a marker is the lowest of several of its body, so that its name goes below it."""
+    """Whether a marker is the lowest of several of its body; its name is then written below it."""
     heights = [tracks.position_px[row, tracks.names.index(name), 1] for name in mates]
     return len(mates) > 1 and bool(tracks.position_px[row, k, 1] >= np.nanmax(heights))
 
 
 def _draw_marker(canvas: Image, tracks: Tracks, row: int, k: int, below: bool, size: float) -> None:
-    """Draw a cross with a gap in its middle, so that the marker itself stays visible."""
+    """Draw a cross around a marker; its middle is open, so that the marker stays visible."""
     x, y = tracks.position_px[row, k]
     if not np.isfinite(x):
         return
@@ -121,7 +133,7 @@ def _draw_marker(canvas: Image, tracks: Tracks, row: int, k: int, below: bool, s
 
 
 def _draw_trail(canvas: Image, tracks: Tracks, row: int, k: int, size: float) -> None:
-    """Draw where the marker came from, fading."""
+    """Draw the recent path of a marker; it fades towards the past."""
     first = max(row - TRAIL_FRAMES, 0)
     points = tracks.position_px[first : row + 1, k]
     for i in range(len(points) - 1):
@@ -133,7 +145,7 @@ def _draw_trail(canvas: Image, tracks: Tracks, row: int, k: int, size: float) ->
 
 
 def _draw_bodies(canvas: Image, tracks: Tracks, row: int, markers: MarkerFile, size: float) -> None:
-    """Draw each body's line through its first two markers and axes turned with it."""
+    """Draw the line through the first two markers of each body, and axes that turn with it."""
     for body, colour in ((markers.reference, REFERENCE), (markers.moving, MOVING)):
         columns = [tracks.names.index(name) for name in markers.bodies[body]]
         points = tracks.position_px[row, columns]
@@ -163,7 +175,7 @@ def _draw_panel(
     markers: MarkerFile,
     size: float,
 ) -> None:
-    """Write time, relative motion and what the colours mean onto a dark strip."""
+    """Write time and relative motion on a dark strip, and the legend of the colours below."""
     said = [f"t = {tracks.time_s[row]:6.3f} s   frame {tracks.frame[row]}"]
     if motion_row is not None:
         x, y = motion.relative_mm[motion_row]
@@ -178,9 +190,9 @@ def _draw_panel(
     room = canvas.shape[1] - 24 * size
     lines = [in_one] if _text_width(in_one, 0.62 * size) <= room else said
     height = round((34 + 24 * (len(lines) - 1)) * size)
-    # A rendered recording says so in its own upper corner; the strip covers that, see below.
-    shining_through = 0.0 if markers.rendered else 0.35
-    canvas[:height] = (shining_through * canvas[:height]).astype(np.uint8)
+    # The strip is opaque over a rendered recording: it covers that recording's own caption.
+    transparency = 0.0 if markers.rendered else 0.35
+    canvas[:height] = (transparency * canvas[:height]).astype(np.uint8)
     for number, line in enumerate(lines):
         _text(canvas, line, (12 * size, (23 + 24 * number) * size), 0.62 * size, WHITE)
     x = 12 * size
@@ -216,7 +228,7 @@ def _arrow(canvas: Image, start: Any, end: Any, colour: Colour, size: float) -> 
 
 
 def _text(canvas: Image, words: str, at: Any, scale: float, colour: Colour) -> float:
-    """Write words with a dark outline, kept inside the picture; return their width (px)."""
+    """Write words with a dark outline, inside the picture; return their width, px."""
     import cv2
 
     width = _text_width(words, scale)
@@ -224,7 +236,7 @@ def _text(canvas: Image, words: str, at: Any, scale: float, colour: Colour) -> f
     y = int(min(max(float(at[1]), 16 * scale), canvas.shape[0] - 4))
     font = cv2.FONT_HERSHEY_SIMPLEX
     weight = _weight(scale)
-    # A shadow of the same weight all around: a heavier outline would be wider than the letters.
+    # Copies of the same weight all around make the outline; a heavier text would be wider.
     for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1), (1, 1)):
         cv2.putText(canvas, words, (x + dx, y + dy), font, scale, BLACK, weight, cv2.LINE_AA)
     cv2.putText(canvas, words, (x, y), font, scale, colour, weight, cv2.LINE_AA)
@@ -249,9 +261,9 @@ def _rate(tracks: Tracks) -> float:
 
 
 class _Writer:
-    """An H.264 file being written, each picture with its own time.
+    """Writer of an H.264 file in which each picture has its own time.
 
-    A picture is compressed on a second thread while the next one is drawn.
+    A second thread compresses a picture while the next one is drawn.
     """
 
     def __init__(self, path: Path, width: int, height: int, rate: float) -> None:
@@ -295,7 +307,7 @@ class _Writer:
         self._container.mux(self._stream.encode(frame))
 
     def _finish_last(self) -> None:
-        """Wait for the picture before, and raise what went wrong with it."""
+        """Wait for the previous picture; raise the error that its compression raised."""
         if self._last is not None:
             last, self._last = self._last, None
             last.result()

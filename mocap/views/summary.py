@@ -1,4 +1,4 @@
-"""What a conversion says about itself: ``summary.json``."""
+"""The summary of a conversion: ``summary.json``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from geometry2d.rigid import rotated
 from mocap.measurement import Measurement
 from mocap.motion.capture import Capture
 from mocap.motion.poses import Poses
-from mocap.motion.scale import BodyScale, PictureFormat
+from mocap.motion.projection import PictureFormat
+from mocap.motion.scale import BodyScale
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.tracks import Tracks
 from mocap.video.frames import VideoInfo
@@ -27,14 +28,14 @@ def summary(
     measured: Measurement,
     picture: PictureFormat,
 ) -> dict[str, Any]:
-    """Return everything worth knowing about a conversion, ready for JSON.
+    """Return the summary of a conversion, as values for JSON.
 
     Parameters
     ----------
     info, timing
-        What the file and its frames say.
+        Format of the video and timing of its frames.
     markers, measured, picture
-        The marker file, what was measured, the picture's size.
+        Marker file, measurement and picture format.
     """
     captured, motion = measured.capture, measured.motion
     depth = depth_effect(measured, markers)
@@ -109,18 +110,19 @@ def summary(
 
 
 def write_summary(report: dict[str, Any], path: Path) -> None:
-    """Write a summary as JSON; numbers that do not exist become null."""
+    """Write a summary as JSON; numbers that are not finite become null."""
     text = json.dumps(_finite(report), indent=2, ensure_ascii=False, allow_nan=False)
     path.write_text(text + "\n", encoding="utf-8")
 
 
 def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
-    """Return how far apart the bodies lie in depth and what ignoring that would do.
+    """Return the difference of the bodies' scales and the error of ignoring it.
 
-    ``error_without_mm`` is the RMS difference between the relative position as measured and as it
-    would be with the package's scale for both bodies, with a constant and beyond it. Where the head
-    has no scale of its own, ``error_per_percent_mm`` is that error for each percent by which it
-    appears larger than the package, and ``warnings`` say so.
+    ``error_without_mm`` is the RMS difference between the measured relative position and the one
+    with the package's scale for both bodies; ``error_of_motion_without_mm`` is the same without its
+    value in the first frame. If the head has no scale of its own, ``error_per_percent_mm`` is that
+    error for each percent by which it appears larger than the package, and ``warnings`` has a
+    sentence about it.
     """
     head, package = measured.scales[markers.reference], measured.scales[markers.moving]
     ratio = head.px_per_mm / package.px_per_mm
@@ -130,7 +132,7 @@ def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
         "warnings": [],
     }
     mark = measured.tracks.names.index(markers.bodies[markers.reference][0])
-    from_axis = (measured.flat_px[:, mark] - measured.centre_px) * np.array([1.0, -1.0])
+    from_axis = (measured.corrected_px[:, mark] - measured.centre_px) * np.array([1.0, -1.0])
     known = np.isfinite(from_axis[:, 0])
     if head.source == package.source:
         away = from_axis[known] / package.px_per_mm[known, None]
@@ -138,8 +140,8 @@ def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
         report["error_per_percent_mm"] = wrong
         if len(markers.bodies[markers.reference]) > 1 and markers.moving in markers.scale_mm:
             report["warnings"] = [
-                f"[scale] {markers.reference} is not given: both bodies are taken to lie at one "
-                f"depth; for each percent by which {markers.reference} appears larger (15 mm "
+                f"[scale] {markers.reference} is not given: both bodies are assumed to be equally "
+                f"deep; for each percent by which {markers.reference} appears larger (15 mm "
                 f"nearer, at 1.5 m) positions are wrong by {wrong:.1f} mm, which is not in the "
                 "stated errors"
             ]
@@ -154,7 +156,7 @@ def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
 
 
 def _other(pose: Poses, captured: Capture) -> dict[str, Any]:
-    """Return whether a further body is rigid, and how far it moves as the reference sees it."""
+    """Return whether another body is rigid, and its motion relative to the reference body."""
     seen = rotated(
         pose.position_mm - captured.poses[captured.motion.head_body.name].position_mm,
         -captured.motion.head_rad,
@@ -196,17 +198,19 @@ def _scale(scale: BodyScale) -> dict[str, Any]:
 
 
 def video_warnings(info: VideoInfo, timing: Timing) -> list[str]:
-    """Return what a reader must know of a file and its frames, one sentence each."""
+    """Return the warnings about a file and its frames, one sentence each."""
     warnings = timing.warnings()
     held, announced = timing.frames_in_file, info.declared_frames
     if held is not None and announced and not info.interlaced and held != announced:
-        warnings.append(f"the file announces {announced} frames and holds {held}: those are used")
+        warnings.append(f"the file announces {announced} frames and holds {held}: all are used")
     if info.rotation_deg:
-        warnings.append(f"the picture was turned by {info.rotation_deg}° as the file asks")
+        warnings.append(f"the picture is rotated by {info.rotation_deg}°, as the file asks")
     if info.interlaced:
-        warnings.append("the picture is interlaced: each field was made a frame of its own")
+        warnings.append("the picture is interlaced: each field is used as a frame")
     if info.pixel_aspect != 1.0:
-        warnings.append(f"pixels are {info.pixel_aspect:.4g} times as wide as high: corrected")
+        warnings.append(
+            f"pixels are {info.pixel_aspect:.4g} times as wide as high: this is corrected"
+        )
     return warnings
 
 
@@ -224,17 +228,17 @@ def _measurement_warnings(measured: Measurement, markers: MarkerFile) -> list[st
         )
     for body, pose in captured.poses.items():
         if not pose.turns:
-            warnings.append(f"{body} has one marker: its rotation is not known and taken as zero")
+            warnings.append(f"{body} has one marker: its rotation is not known and set to zero")
         if not pose.rigid:
             warnings.append(
-                f"{body} is not rigid: its markers miss their places by "
-                f"{pose.residual_rms_mm:.2f} mm RMS, {pose.expected_residual_mm:.2f} mm expected"
+                f"{body} is not rigid: the residual of its markers is {pose.residual_rms_mm:.2f} "
+                f"mm RMS, {pose.expected_residual_mm:.2f} mm are expected"
             )
     for body, pose in captured.others.items():
         if not pose.rigid:
             warnings.append(
-                f"{body} is not rigid ({pose.residual_rms_mm:.2f} mm RMS): skin slides; it takes "
-                "no part in the motion"
+                f"{body} is not rigid ({pose.residual_rms_mm:.2f} mm RMS): skin slides; it is not "
+                "used for the motion"
             )
     for body, scale in measured.scales.items():
         if scale.source != body:

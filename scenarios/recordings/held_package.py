@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
-from mocap.synthetic.rendering import BLACK, Colour, Marker, SceneBody, Shape
+from mocap.synthetic.camera import Colour
+from mocap.synthetic.scene import BLACK, Marker, SceneBody, Shape
 from scenarios.recordings.portrait import GLOW, MOUTH, SHADE, SKIN
 from scenarios.recordings.strokes import band, ellipse, pair, shifted, smooth, smooth_line, stroke
 

@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.rigid import RigidMotion
-from mocap.synthetic.rendering import Colour, Marker, SceneBody, Shape
+from mocap.synthetic.camera import Colour
+from mocap.synthetic.scene import Marker, SceneBody, Shape
 from scenarios.recordings.strokes import arc, ellipse, pair, shifted, smooth, smooth_line, stroke
 
 Array = NDArray[np.float64]

@@ -24,20 +24,11 @@ from geometry2d.anatomy.head import HeadMeasurements, HeadSection, head_section
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.neck import NECKS, NeckSection, neck_section
 from geometry2d.rigid import RigidMotion, rotated
-from mocap.synthetic.rendering import (
-    Camera,
-    Image,
-    Lens,
-    Light,
-    Scene,
-    Sensor,
-    SyntheticError,
-    Truth,
-    frame_times,
-    render,
-    write_recording,
-    write_truth,
-)
+from mocap.synthetic.camera import Camera, Image, Lens, Sensor, SyntheticError
+from mocap.synthetic.recording_file import frame_times, write_recording
+from mocap.synthetic.rendering import render
+from mocap.synthetic.scene import Light, Scene
+from mocap.synthetic.truth import Truth, write_truth
 from scenarios.recordings.choreography import PosePath, PoseStep
 from scenarios.recordings.held_package import package_bodies
 from scenarios.recordings.portrait import BACKGROUND, head_body, jaw_body, trunk_body

@@ -15,7 +15,7 @@ from PIL import Image as Pillow
 
 from geometry2d.foundation.output import check_writable, file_at_once
 from geometry2d.foundation.progress import Progress
-from mocap.synthetic.rendering import write_recording
+from mocap.synthetic.recording_file import write_recording
 from scenarios.results.solution import Solution
 from scenarios.views.filmed import Image
 from scenarios.views.panels import HistoryStrip, ModelPanel, RecordingPanel, colour_bars

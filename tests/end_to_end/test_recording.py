@@ -16,7 +16,7 @@ from mocap.convert import ConvertResult, convert, write_conversion
 from mocap.formats.exchange import read_positions
 from mocap.measurement import measure
 from mocap.motion.motion import Motion
-from mocap.motion.scale import PictureFormat
+from mocap.motion.projection import PictureFormat
 from mocap.tracking.errors import TrackingError
 from mocap.tracking.follow import follow
 from mocap.tracking.locate import locate_markers

@@ -7,17 +7,10 @@ import pytest
 
 from geometry2d.rigid import RigidMotion
 from mocap.convert import ConvertResult, convert
-from mocap.synthetic.rendering import (
-    Camera,
-    Marker,
-    Scene,
-    SceneBody,
-    Sensor,
-    Shape,
-    exposed,
-    truth_at,
-    write_recording,
-)
+from mocap.synthetic.camera import Camera, Sensor
+from mocap.synthetic.recording_file import write_recording
+from mocap.synthetic.rendering import exposed, truth_at
+from mocap.synthetic.scene import Marker, Scene, SceneBody, Shape
 
 GRAVITY_MM_PER_S2 = 9810.0
 FPS, FRAMES = 60.0, 46

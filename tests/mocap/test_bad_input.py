@@ -17,7 +17,7 @@ import pytest
 from mocap.convert import convert
 from mocap.formats.marker_table import MarkerTable
 from mocap.formats.trc import write_trc
-from mocap.synthetic.rendering import write_recording
+from mocap.synthetic.recording_file import write_recording
 from mocap.video.frames import Video
 from tests.support.clips import Clip
 

@@ -9,20 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidMotion, rotated
-from mocap.synthetic.rendering import (
-    Camera,
-    Lens,
-    Light,
-    Marker,
-    Scene,
-    SceneBody,
-    Sensor,
-    Shape,
-    Truth,
-    exposed,
-    truth_at,
-    write_recording,
-)
+from mocap.synthetic.camera import Camera, Lens, Sensor
+from mocap.synthetic.recording_file import write_recording
+from mocap.synthetic.rendering import exposed, truth_at
+from mocap.synthetic.scene import Light, Marker, Scene, SceneBody, Shape
+from mocap.synthetic.truth import Truth
 
 Array = NDArray[np.float64]
 

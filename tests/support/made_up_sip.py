@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from geometry2d.rigid import RigidPlacement
-from mocap.synthetic.rendering import write_recording
+from mocap.synthetic.recording_file import write_recording
 from scenarios.results.increment import ContactField, Increment, SectionModel
 from scenarios.results.quantities import HISTORY, LIPS
 

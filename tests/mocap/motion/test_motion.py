@@ -11,18 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry2d.rigid import rotated
+from mocap.motion.errors import ScaleError
 from mocap.motion.poses import body_poses
-from mocap.motion.scale import (
-    BodyScale,
-    PictureFormat,
-    ScaleError,
-    axis_px,
-    body_scales,
-    rectified,
-    undistorted,
-)
+from mocap.motion.projection import PictureFormat, axis_px, rectified, undistorted
+from mocap.motion.scale import BodyScale, body_scales
 from mocap.motion.smooth import SmoothingError, inverse_band, smoothed
-from mocap.synthetic.rendering import Camera, Lens
+from mocap.synthetic.camera import Camera, Lens
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import Intrinsics, PlanePoints
 from mocap.tracking.tracks import Tracks
@@ -72,7 +66,7 @@ def test_a_body_that_is_not_rigid_is_flagged() -> None:
     assert poses.residual_rms_mm > 0.5
 
 
-def test_a_bridged_marker_does_not_make_a_body_unrigid() -> None:
+def test_an_interpolated_marker_does_not_make_a_body_unrigid() -> None:
     points = np.tile(SHAPE, (50, 1, 1))
     points[20:30, 1] += 5.0
     sigma = np.full((50, 3), 0.02)
@@ -199,7 +193,7 @@ def test_ends_and_gaps_are_carried_by_the_curve() -> None:
 
 def test_signals_with_holes_are_refused() -> None:
     time = np.arange(20) / 10
-    with pytest.raises(SmoothingError, match="gaps"):
+    with pytest.raises(SmoothingError, match="not finite"):
         smoothed(time, np.where(time > 1, np.nan, time), np.ones(20))
     with pytest.raises(SmoothingError, match="shape"):
         smoothed(time, time[1:], np.ones(20))

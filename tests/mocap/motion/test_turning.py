@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from mocap.measurement import Measurement, measure
-from mocap.motion.scale import PictureFormat
+from mocap.motion.projection import PictureFormat
 from mocap.motion.turning import Cause, Flattening, flattening
-from mocap.synthetic.rendering import Scene, SceneBody
+from mocap.synthetic.scene import Scene, SceneBody
 from mocap.tracking.follow import follow
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.noise import with_temporal_noise
@@ -115,7 +115,7 @@ def test_a_package_that_turns_out_of_the_plane_for_a_moment(tmp_path: Path) -> N
     assert max(turned[k] for k in range(40) if k not in scale.foreshortened) < 21
     assert min(turned[k] for k in scale.foreshortened) > 10
     assert scale.flattening.cause is Cause.TURNING
-    assert "too close together" in about and "turned out of the plane" in about
+    assert "too close together" in about and "rotation out of the plane" in about
     assert rms(found.motion.relative_mm - place) < 0.3
 
 
@@ -128,7 +128,7 @@ def test_a_package_that_turns_slowly_is_not_followed_as_depth(tmp_path: Path) ->
     assert scale.change == 0
     assert scale.px_per_mm[-1] == pytest.approx(1.9, rel=0.015)
     assert len(scale.foreshortened) > 12
-    assert "turned out of the plane" in about
+    assert "rotation out of the plane" in about
     assert rms(found.motion.relative_mm - place) < 1.0
 
 
@@ -137,7 +137,7 @@ def test_a_package_that_comes_nearer_for_a_moment_is_not_said_to_turn(tmp_path: 
     scale = found.scales["package"]
     assert scale.enlarged and not scale.foreshortened
     assert scale.flattening.cause is Cause.DEPTH
-    assert "too far apart" in about and "moved in depth" in about
+    assert "too far apart" in about and "motion in depth" in about
 
 
 @pytest.mark.slow

@@ -14,26 +14,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry2d.rigid import RigidMotion
+from mocap.synthetic.camera import Camera, Lens, Sensor, SyntheticError
 from mocap.synthetic.raster import coverage
-from mocap.synthetic.rendering import (
-    BLACK,
-    WHITE,
-    Camera,
-    Lens,
-    Light,
-    Marker,
-    Scene,
-    SceneBody,
-    Sensor,
-    Shape,
-    SyntheticError,
-    exposed,
-    frame_times,
-    render,
-    truth_at,
-    write_recording,
-    write_truth,
-)
+from mocap.synthetic.recording_file import frame_times, write_recording
+from mocap.synthetic.rendering import exposed, render, truth_at
+from mocap.synthetic.scene import BLACK, WHITE, Light, Marker, Scene, SceneBody, Shape
+from mocap.synthetic.truth import write_truth
 
 LENS = Lens(k1=-0.21, k2=0.07, p1=1.2e-3, p2=-0.8e-3, k3=0.02)
 CAMERA = Camera(160, 120, (900.0, 880.0), 300.0, (3.0, -2.0))
@@ -230,7 +216,7 @@ def test_same_seed_same_bytes_and_other_seed_other_noise(tmp_path):
 ENCODE = """
 import hashlib, pathlib, sys
 import numpy as np
-from mocap.synthetic.rendering import write_recording
+from mocap.synthetic.recording_file import write_recording
 noise = np.random.default_rng(1).integers(90, 130, (9, 118, 212, 3)).astype(np.uint8)
 for k, frame in enumerate(noise):
     frame[30:60, 10 * k : 10 * k + 40] = 220

@@ -13,8 +13,9 @@ import pytest
 from mocap.convert import convert, given_tracks
 from mocap.measurement import Measurement, measure
 from mocap.motion.errors import MotionError
-from mocap.motion.scale import PictureFormat
-from mocap.synthetic.rendering import Truth, write_recording
+from mocap.motion.projection import PictureFormat
+from mocap.synthetic.recording_file import write_recording
+from mocap.synthetic.truth import Truth
 from mocap.tracking.errors import TrackingError
 from mocap.tracking.follow import follow
 from mocap.tracking.marker_file import read_markers
@@ -101,7 +102,7 @@ def test_every_marker_is_itself_again_after_a_hand_passed() -> None:
     assert not np.any(seen & hidden)
     assert np.all(seen[-8:])
     assert np.all(tracks.status[hidden] == "predicted")
-    # Where a marker was bridged its stated error is large and covers the true one.
+    # Where a marker is interpolated its stated error is large and covers the true one.
     within = error[hidden] < 3 * np.sqrt(2) * tracks.sigma_px[hidden]
     assert within.mean() > 0.9
 

@@ -10,7 +10,7 @@ import av
 import numpy as np
 import pytest
 
-from mocap.synthetic.rendering import write_recording
+from mocap.synthetic.recording_file import write_recording
 from mocap.video.frames import Video, VideoError
 from mocap.views.summary import video_warnings
 

@@ -17,7 +17,7 @@ import pytest
 
 from geometry2d.foundation.progress import progress_line
 from geometry2d.neck import A38_NECK
-from mocap.synthetic.rendering import write_recording
+from mocap.synthetic.recording_file import write_recording
 from mocap.video.frames import Video
 from scenarios.cli.commands import main
 from scenarios.recordings.rendering import LIBRARY

@@ -12,7 +12,7 @@ import pytest
 import shapely
 
 from geometry2d.rigid import RigidPlacement
-from mocap.synthetic.rendering import frame_times
+from mocap.synthetic.recording_file import frame_times
 from scenarios.recordings.choreography import minimum_jerk
 from scenarios.recordings.rendering import (
     LIBRARY,
