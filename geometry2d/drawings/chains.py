@@ -13,8 +13,10 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.text import quoted
 from geometry2d.outline import Outline, OutlineError
 
 Array = NDArray[np.float64]
@@ -30,12 +32,54 @@ FIT_MM = 2e-3
 LARGEST_MM = 1e4
 """Nothing in a head or on a package is larger: whoever draws so has chosen the wrong unit."""
 
+LONGEST_MM = 5e3
+"""No curve of a head or a neck is longer: it goes to and fro."""
+
+SMALLEST = 1e-9
+"""Radii and scales below this leave nothing of a curve, in whatever unit."""
+
+FULLEST_TURN = 1e-4
+"""An arc between two points turns by so much less than a full circle, rad, at least."""
+
+MOST_PIECES = 30_000
+FITTED_COUNTS = 3
+"""Lines and arcs of a drawing; one that is fitted to a free curve takes the time of three."""
+
 DEEPEST = 14
 """A free curve is halved at most so often before a straight line takes its place (at a cusp)."""
 
 
 class DrawingError(DrinksimError):
     """A drawing or a surface cannot be read, or does not give closed curves."""
+
+
+class PieceCount:
+    """Counts the lines and arcs of a drawing as it is read and refuses too many.
+
+    Parameters
+    ----------
+    file
+        Name of the drawing, for the message.
+    """
+
+    def __init__(self, file: str) -> None:
+        self._file, self._count = file, 0
+
+    def counted(self, chain: Chain, *, fitted: bool = False) -> Chain:
+        """Return the chain, counted; ``fitted`` says whether it stands for a free curve.
+
+        Raises
+        ------
+        DrawingError
+            If the drawing has more than ``MOST_PIECES``.
+        """
+        self._count += len(chain.curvature) * (FITTED_COUNTS if fitted else 1)
+        if self._count > MOST_PIECES:
+            raise DrawingError(
+                f"{self._file}: {quoted(chain.name)} and what stands before it need more than "
+                f"{MOST_PIECES} lines and arcs: simplify the curve, or delete what is not needed"
+            )
+        return chain
 
 
 @dataclass(frozen=True)
@@ -68,11 +112,21 @@ class Chain:
         """Return the arc from ``start`` to ``end`` whose direction turns left by ``turn_rad``.
 
         The turn is less than a full one. The arc is split so that no part exceeds a quarter.
+
+        Raises
+        ------
+        DrawingError
+            If the turn is a full one.
         """
         first, last = (np.asarray(p, float) for p in (start, end))
         chord = last - first
         if abs(turn_rad) < 1e-9 or not np.any(chord):
             return cls.through(name, [first, last])
+        if not abs(turn_rad) <= 2 * np.pi - FULLEST_TURN:
+            raise DrawingError(
+                f"{quoted(name)} has an arc at {_place(first)} that turns by a full circle and "
+                "ends elsewhere: draw it anew"
+            )
         half = 0.5 * turn_rad
         left = np.array([-chord[1], chord[0]])
         centre = 0.5 * (first + last) + 0.5 * left / np.tan(half)
@@ -91,8 +145,8 @@ class Chain:
         """Return the arc about ``centre`` from ``start``, a full circle if ``turn_rad`` is 2π."""
         middle, first = np.asarray(centre, float), np.asarray(start, float)
         radius = float(np.hypot(*(first - middle)))
-        if radius == 0:
-            raise DrawingError(f"{name!r} has an arc of radius zero at {_place(first)}")
+        if radius < SMALLEST:
+            raise DrawingError(f"{quoted(name)} has an arc of radius zero at {_place(first)}")
         count = max(1, int(np.ceil(abs(turn_rad) / (0.5 * np.pi) - 1e-9)))
         angle = np.arctan2(*(first - middle)[::-1]) + turn_rad * np.arange(count + 1) / count
         points = middle + radius * np.column_stack([np.cos(angle), np.sin(angle)])
@@ -112,6 +166,18 @@ class Chain:
         start = curve(0.0)[0]
         points = np.array([start, *(point for point, _ in pieces)])
         return cls(name, points, np.array([curvature for _, curvature in pieces]))
+
+    @classmethod
+    def free(cls, name: str, control: ArrayLike) -> Chain:
+        """Return arcs near the Bézier curve of control points (n, 2), mm.
+
+        A curve that leaves `LARGEST_MM` is not followed. Its control points stand for it: whoever
+        wants it is told, and nobody waits for a curve that nobody wants.
+        """
+        points = np.asarray(control, float)
+        if not np.all(np.abs(points) <= LARGEST_MM):
+            return cls.through(name, points)
+        return cls.fitted(name, bezier(points))
 
     @classmethod
     def of(cls, name: str, parts: Sequence[Chain]) -> Chain:
@@ -153,12 +219,16 @@ class Chain:
         linear, shift = m[:, :2], m[:, 2]
         determinant = float(np.linalg.det(linear))
         scale = float(np.sqrt(abs(determinant)))
-        if scale == 0:
-            raise DrawingError(f"{self.name!r} is flattened by its transform: no area is left")
+        if scale < SMALLEST:
+            raise DrawingError(
+                f"{quoted(self.name)} is flattened by its transform: no area is left"
+            )
         points = self.points @ linear.T + shift
         alike = np.allclose(linear.T @ linear, scale**2 * np.eye(2), rtol=0, atol=1e-9 * scale**2)
         if alike or not np.any(self.curvature):
             return Chain(self.name, points, self.curvature * np.sign(determinant) / scale)
+        if not np.all(np.abs(points) <= LARGEST_MM):
+            return Chain.through(self.name, points)
         parts: list[Chain] = []
         for k, bend in enumerate(self.curvature):
             ends = self.points[k : k + 2]
@@ -212,11 +282,11 @@ def open_curve(name: str, parts: Sequence[Chain], *, join_mm: float = JOIN_MM) -
     for part in parts:
         _refuse_size(part)
     ends = np.array([p for part in parts for p in (part.points[0], part.points[-1])])
-    partner = [_meeting(name, ends, i, join_mm) for i in range(len(ends))]
+    partner = _meetings(name, ends, join_mm)
     loose = [i for i, other in enumerate(partner) if other is None]
     if len(loose) != 2:
         raise DrawingError(
-            f"{name!r} has {len(loose)} loose ends where one open curve has two: "
+            f"{quoted(name)} has {len(loose)} loose ends where one open curve has two: "
             "draw it as a single line that is not closed"
         )
     ordered: list[Chain] = []
@@ -226,7 +296,7 @@ def open_curve(name: str, parts: Sequence[Chain], *, join_mm: float = JOIN_MM) -
         ordered.append(part if entry % 2 == 0 else part.backwards())
         entry = partner[entry ^ 1]
     if len(ordered) < len(parts):
-        raise DrawingError(f"{name!r} has a closed curve beside the open one: delete it")
+        raise DrawingError(f"{quoted(name)} has a closed curve beside the open one: delete it")
     return Chain.of(name, ordered)
 
 
@@ -241,7 +311,7 @@ def _rings(name: str, parts: list[Chain], join_mm: float) -> list[Chain]:
     rings = [part for part in parts if _closed(part, join_mm)]
     loose = [part for part in parts if not _closed(part, join_mm)]
     ends = np.array([p for part in loose for p in (part.points[0], part.points[-1])])
-    partner = [_partner(name, ends, i, join_mm) for i in range(len(ends))]
+    partner = _partners(name, ends, join_mm)
     used = np.zeros(len(loose), bool)
     for first in range(len(loose)):
         if used[first]:
@@ -257,30 +327,41 @@ def _rings(name: str, parts: list[Chain], join_mm: float) -> list[Chain]:
     return rings
 
 
-def _meeting(name: str, ends: Array, i: int, join_mm: float) -> int | None:
-    """Return the end that meets end ``i``, if any."""
-    distance = np.hypot(*(ends - ends[i]).T)
-    distance[i] = np.inf
-    near = np.flatnonzero(distance <= join_mm)
-    if len(near) > 1:
-        raise DrawingError(
-            f"{name!r} branches at {_place(ends[i])}: {len(near) + 1} ends meet there; "
-            "delete the pieces that do not belong to the outline, or put them on their own layer"
-        )
-    return int(near[0]) if len(near) else None
+def _meetings(name: str, ends: Array, join_mm: float) -> list[int | None]:
+    """Return for each of the ends (n, 2) the one that meets it, if any."""
+    if len(ends) == 0:
+        return []
+    # A third end that is as near as the second, or nearer, makes a branch: no more are needed.
+    near = cKDTree(ends).query(ends, k=range(1, 5), distance_upper_bound=2 * join_mm)[1]
+    partner: list[int | None] = []
+    for i, candidates in enumerate(near):
+        others = candidates[(candidates != i) & (candidates < len(ends))]
+        met = others[np.hypot(*(ends[others] - ends[i]).T) <= join_mm]
+        if len(met) > 1:
+            count = np.count_nonzero(np.hypot(*(ends - ends[i]).T) <= join_mm)
+            raise DrawingError(
+                f"{quoted(name)} branches at {_place(ends[i])}: {count} ends meet there; delete "
+                "the pieces that do not belong to the outline, or put them on their own layer"
+            )
+        partner.append(int(met[0]) if len(met) else None)
+    return partner
 
 
-def _partner(name: str, ends: Array, i: int, join_mm: float) -> int:
-    met = _meeting(name, ends, i, join_mm)
-    if met is None:
-        distance = np.hypot(*(ends - ends[i]).T)
-        distance[i] = np.inf
-        nearest = int(np.argmin(distance))
-        raise DrawingError(
-            f"{name!r} is open: its end at {_place(ends[i])} is {distance[nearest]:.4g} mm from "
-            f"the next, at {_place(ends[nearest])}; close the curve in the drawing"
-        )
-    return met
+def _partners(name: str, ends: Array, join_mm: float) -> list[int]:
+    """Return for each of the ends (n, 2) the one that meets it, or refuse an open curve."""
+    partners: list[int] = []
+    for i, met in enumerate(_meetings(name, ends, join_mm)):
+        if met is None:
+            distance = np.hypot(*(ends - ends[i]).T)
+            distance[i] = np.inf
+            nearest = int(np.argmin(distance))
+            raise DrawingError(
+                f"{quoted(name)} is open: its end at {_place(ends[i])} is "
+                f"{distance[nearest]:.4g} mm from the next, at {_place(ends[nearest])}; close the "
+                "curve in the drawing"
+            )
+        partners.append(met)
+    return partners
 
 
 def _closed(chain: Chain, join_mm: float) -> bool:
@@ -294,8 +375,8 @@ def _outline(ring: Chain, join_mm: float) -> Outline:
     start, curvature = start[kept], ring.curvature[kept]
     if len(start) < 2 or (len(start) == 2 and not np.any(curvature)):
         raise DrawingError(
-            f"{ring.name!r} at {_place(ring.points[0])} encloses nothing: delete it, or draw it "
-            "as a closed curve"
+            f"{quoted(ring.name)} at {_place(ring.points[0])} encloses nothing: delete it, or draw "
+            "it as a closed curve"
         )
     try:
         if _signed_area(start, curvature) < 0:
@@ -303,7 +384,7 @@ def _outline(ring: Chain, join_mm: float) -> Outline:
         return Outline(start, curvature)
     except OutlineError as error:
         where = shapely.is_valid_reason(shapely.Polygon(start)) if len(start) > 2 else ""
-        raise DrawingError(f"{ring.name!r}: {error} ({where})") from error
+        raise DrawingError(f"{quoted(ring.name)}: {error} ({where})") from error
 
 
 def _signed_area(start: Array, curvature: Array) -> float:
@@ -318,8 +399,16 @@ def _signed_area(start: Array, curvature: Array) -> float:
 def _refuse_size(chain: Chain) -> None:
     if not np.all(np.abs(chain.points) <= LARGEST_MM) or not np.all(np.isfinite(chain.curvature)):
         raise DrawingError(
-            f"{chain.name!r} reaches farther than {LARGEST_MM:g} mm from the origin: check the "
-            "unit of the file and move the drawing to the origin"
+            f"{quoted(chain.name)} reaches farther than {LARGEST_MM:g} mm from the origin: check "
+            "the unit of the file and move the drawing to the origin"
+        )
+    chord = np.hypot(*np.diff(chain.points, axis=0).T)
+    half = np.arcsin(np.clip(0.5 * chord * np.abs(chain.curvature), 0, 1))
+    arc = np.divide(2 * half, np.abs(chain.curvature), out=chord, where=chain.curvature != 0)
+    if float(np.sum(arc)) > LONGEST_MM:
+        raise DrawingError(
+            f"{quoted(chain.name)} is {1e-3 * np.sum(arc):.3g} m long: check the unit of the file, "
+            "or simplify the curve"
         )
 
 

@@ -6,6 +6,8 @@ where. Only rounding is forgiven: ends within a micrometre of each other meet.
 
 from __future__ import annotations
 
+from collections.abc import Container, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from geometry2d.drawings.chains import Chain, DrawingError, NamedOutline, closed_outlines
@@ -27,23 +29,31 @@ def drawn_outlines(
     unit_mm
         What a unit of the drawing is, mm, if the file does not say so.
     names
-        The curves wanted, upper or lower case; all of them if None.
+        The curves wanted, in lower case; all of them if None.
 
     Raises
     ------
     DrawingError
         If the file cannot be read, or one of the curves is open, branches or crosses itself.
     """
-    chains = [
-        chain
-        for chain in drawn_chains(file, unit_mm=unit_mm)
-        if names is None or chain.name.lower() in names
-    ]
-    return closed_outlines(chains)
+    chains = drawn_chains(file, unit_mm=unit_mm, names=names)
+    with naming(file):
+        return closed_outlines(chains)
 
 
-def drawn_chains(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
+def drawn_chains(
+    file: Path, *, unit_mm: float | None = None, names: Container[str] | None = None
+) -> list[Chain]:
     """Return the curves of an SVG or DXF drawing as they are, open or closed, mm, y up.
+
+    Parameters
+    ----------
+    file
+        The drawing.
+    unit_mm
+        What a unit of the drawing is, mm, if the file does not say so.
+    names
+        The curves wanted, in lower case; the others are not followed. All of them if None.
 
     Raises
     ------
@@ -53,4 +63,16 @@ def drawn_chains(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
     reader = READERS.get(file.suffix.lower())
     if reader is None:
         raise DrawingError(f"{file.name} is neither .svg nor .dxf: save the drawing as one of them")
-    return reader(file, unit_mm=unit_mm)
+    with naming(file):
+        return reader(file, unit_mm=unit_mm, names=names)
+
+
+@contextmanager
+def naming(file: Path) -> Iterator[None]:
+    """Put the name of the drawing before an error of the block that does not say it."""
+    try:
+        yield
+    except DrawingError as error:
+        if file.name in str(error):
+            raise
+        raise DrawingError(f"{file.name}: {error}") from error

@@ -35,7 +35,7 @@ from geometry2d.drawings.chains import (
     closed_outlines,
     open_curve,
 )
-from geometry2d.drawings.drawing_file import drawn_chains
+from geometry2d.drawings.drawing_file import drawn_chains, naming
 from geometry2d.outline import Outline
 from geometry2d.regions import RegionError, Section
 
@@ -83,9 +83,8 @@ class HeadDrawing:
         """
         names = (*OPEN, *OPTIONAL, *TEETH, *MARKS, *EDGE_MARKS)
         chains: dict[str, list[Chain]] = {name: [] for name in names}
-        for chain in drawn_chains(file, unit_mm=unit_mm):
-            if chain.name.lower() in chains:
-                chains[chain.name.lower()].append(chain)
+        for chain in drawn_chains(file, unit_mm=unit_mm, names=chains):
+            chains[chain.name.lower()].append(chain)
         missing = [name for name in (*OPEN, *TEETH, *MARKS) if not chains[name]]
         if missing:
             raise DrawingError(
@@ -290,13 +289,10 @@ def drawn_head(
     DrawingError
         If the drawing cannot be read, or is not that of a head.
     """
-    try:
+    with naming(file):
         return HeadDrawing.read(file, unit_mm=unit_mm).head(
             dermis_mm=dermis_mm, tie_fade_mm=tie_fade_mm
         )
-    except DrawingError as error:
-        named = str(error) if file.name in str(error) else f"{file.name}: {error}"
-        raise DrawingError(named) from error
 
 
 def lip_curves(
@@ -359,7 +355,9 @@ def _stretch_of(loop: Outline, first: float, last: float) -> Array:
 def _only_closed(name: str, chains: Iterable[Chain]) -> Outline:
     outlines: list[NamedOutline] = closed_outlines(chains)
     if len(outlines) != 1:
-        raise DrawingError(f"there are {len(outlines)} closed curves named {name!r}, not one")
+        raise DrawingError(
+            f"there are {len(outlines)} closed curves named {name!r}, not one: delete the others"
+        )
     return outlines[0].outline
 
 

@@ -16,6 +16,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.drawings.chains import LARGEST_MM, DrawingError, outline_through
+from geometry2d.foundation.text import bytes_of, number, quoted
 from geometry2d.outline import Outline
 
 Array = NDArray[np.float64]
@@ -49,7 +50,8 @@ class CutPlane:
         if not np.all(np.isfinite([*self.point, *sizes])) or min(sizes) < 1e-12:
             raise DrawingError("a cut plane needs a finite point and two directions with a length")
         if abs(np.dot(self.right, self.up)) > 1e-6 * sizes[0] * sizes[1]:
-            raise DrawingError(f"right {self.right} and up {self.up} are not at right angles")
+            right, up = ([round(x, 6) for x in v] for v in (self.right, self.up))
+            raise DrawingError(f"right {right} and up {up} are not at right angles: turn one")
 
     @property
     def axes(self) -> Array:
@@ -151,13 +153,9 @@ def read_stl(file: Path, *, unit_mm: float | None) -> Surface3D:
         If the file is neither kind of STL, or its surface is not closed.
     """
     if unit_mm is None or not 1e-6 < unit_mm < 1e6:
-        raise DrawingError(
-            f"{file.name}: STL files have no unit; say what a unit is in mm (it was {unit_mm})"
-        )
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise DrawingError(f"cannot read {file}: {error.strerror}") from error
+        given = "" if unit_mm is None else f", {unit_mm:g} is none"
+        raise DrawingError(f"{file.name}: STL files have no unit; say what a unit is in mm{given}")
+    content = bytes_of(file, what="surface", error=DrawingError)
     count = int.from_bytes(content[HEADER_BYTES - 4 : HEADER_BYTES], "little")
     expected = HEADER_BYTES + count * TRIANGLE.itemsize
     if len(content) >= HEADER_BYTES and len(content) == expected:
@@ -260,22 +258,28 @@ def _refuse_crossing(loops: list[CutLoop], name: str) -> None:
 def _ascii_triangles(content: bytes, name: str) -> Array:
     corners: list[list[float]] = []
     in_facet = 0
-    for number, line in enumerate(content.decode("ascii", "replace").splitlines(), start=1):
+    for at, line in enumerate(content.decode("ascii", "replace").splitlines(), start=1):
         words = line.split()
         keyword = words[0].lower() if words else ""
         if keyword == "vertex":
-            try:
-                x, y, z = (float(word) for word in words[1:])
-            except ValueError as error:
-                raise DrawingError(f"{name}, line {number}: {line.strip()[:60]!r}") from error
-            corners.append([x, y, z])
+            corner = [value for word in words[1:] if (value := number(word)) is not None]
+            if len(corner) != 3 or len(words) != 4:
+                raise DrawingError(
+                    f"{name}, line {at}: {quoted(line.strip())} is no corner of three numbers: "
+                    "export the file again"
+                )
+            corners.append(corner)
             in_facet += 1
         elif keyword == "endfacet":
             if in_facet != 3:
-                raise DrawingError(f"{name}, line {number}: a facet with {in_facet} corners")
+                raise DrawingError(
+                    f"{name}, line {at}: a facet with {in_facet} corners: export the file again"
+                )
             in_facet = 0
         elif keyword not in ("", "solid", "facet", "outer", "endloop", "endsolid"):
-            raise DrawingError(f"{name}, line {number}: {keyword[:20]!r} is not a word of STL")
+            raise DrawingError(
+                f"{name}, line {at}: {quoted(keyword)} is not a word of STL: export the file again"
+            )
     if in_facet:
         raise DrawingError(f"{name} ends within a facet: the file is cut short")
     return np.array(corners, float).reshape(-1, 3, 3)

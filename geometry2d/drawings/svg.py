@@ -7,7 +7,7 @@ transforms of their groups. What cannot be followed exactly is refused, not skip
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from xml.parsers import expat
@@ -15,12 +15,16 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry2d.drawings.chains import Chain, DrawingError, bezier
+from geometry2d.drawings.chains import MOST_PIECES, SMALLEST, Chain, DrawingError, PieceCount
+from geometry2d.foundation.text import NUMBER, bytes_of, number, quoted
 
 Array = NDArray[np.float64]
 
 MM_PER_UNIT = {"mm": 1.0, "cm": 10.0, "in": 25.4, "pt": 25.4 / 72, "pc": 25.4 / 6, "q": 0.25}
 """Physical lengths of SVG; px is not among them, for programs disagree on its size."""
+
+NO_PHYSICAL_UNIT = frozenset(["", "px", "%", "em", "ex", "ch", "rem", "vw", "vh"])
+"""Units of the screen, which leave the size of a drawing open."""
 
 CSS_PIXEL_MM = 25.4 / 96
 """User unit of a drawing with a physical size and no viewBox (SVG 2, section 8.2)."""
@@ -35,14 +39,22 @@ UNSEEN = frozenset(
 """Elements that draw no outline by themselves."""
 
 REFUSED = frozenset(["use", "switch", "foreignObject"])
-NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 FLAG = re.compile("[01]")
-SEPARATOR = re.compile(r"[\s,]*")
+SEPARATOR = re.compile(r"[\s,]*+")
+TRANSFORM = re.compile(r"[\s,]*+([A-Za-z]++)\s*+\(([^()]*+)\)")
 ARGUMENTS = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7, "Z": 0}
 LARGEST_NUMBER = 1e9
+LARGEST_SCALE = 1e12
+"""Bounds of a number in a drawing, and of what its transforms make of a user unit, mm."""
+
+MOST_ELEMENTS = 100_000
+MOST_TRANSFORMS = 100
+"""Elements of a drawing, and transforms of one of them."""
 
 
-def read_svg(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
+def read_svg(
+    file: Path, *, unit_mm: float | None = None, names: Container[str] | None = None
+) -> list[Chain]:
     """Return the curves of an SVG file as chains, named by label or id, mm, y up.
 
     Parameters
@@ -51,22 +63,25 @@ def read_svg(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
         The drawing. Declarations of entities are refused, nothing is fetched.
     unit_mm
         What a user unit is, mm, if the file gives no physical width and height.
+    names
+        The curves wanted, in lower case; the others are not followed. All of them if None.
 
     Raises
     ------
     DrawingError
         If the file is not SVG, has no unit, or holds something that cannot be followed.
     """
-    reader = _SvgReader(file.name, unit_mm)
+    content = bytes_of(file, what="drawing", error=DrawingError)
+    reader = _SvgReader(file.name, unit_mm, names)
     parser = expat.ParserCreate()
     parser.StartElementHandler = reader.start
     parser.EndElementHandler = reader.end
     parser.EntityDeclHandler = reader.refuse_entity
     try:
-        parser.Parse(file.read_bytes(), True)
-    except OSError as error:
-        raise DrawingError(f"cannot read {file}: {error.strerror}") from error
-    except (expat.ExpatError, LookupError) as error:
+        parser.Parse(content, True)
+    except DrawingError:
+        raise
+    except (expat.ExpatError, LookupError, ValueError) as error:
         raise DrawingError(f"{file.name} is not valid XML: {error}") from error
     return reader.chains
 
@@ -74,30 +89,42 @@ def read_svg(file: Path, *, unit_mm: float | None = None) -> list[Chain]:
 class _SvgReader:
     """Follows the elements of the file and keeps the transform of the group it is in."""
 
-    def __init__(self, file: str, unit_mm: float | None) -> None:
+    def __init__(self, file: str, unit_mm: float | None, names: Container[str] | None) -> None:
         self.chains: list[Chain] = []
-        self._file, self._unit_mm = file, unit_mm
+        self._file, self._unit_mm, self._names = file, unit_mm, names
+        self._pieces = PieceCount(file)
         self._maps: list[Array] = []
         self._hidden = 0
+        self._elements = 0
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         name = tag.removeprefix("svg:")
+        self._elements += 1
+        if self._elements > MOST_ELEMENTS:
+            raise DrawingError(
+                f"{self._file} has more than {MOST_ELEMENTS} elements: delete what is not needed"
+            )
         if not self._maps:
             if name != "svg":
-                raise DrawingError(f"{self._file} is not an SVG drawing: it starts with <{tag}>")
+                raise DrawingError(f"{self._file} is no SVG drawing: it starts with {quoted(tag)}")
             self._maps.append(self._drawing_to_mm(attributes))
             return
         if self._hidden or name in UNSEEN or _invisible(attributes):
             self._hidden += 1
             return
         called = attributes.get("inkscape:label") or attributes.get("id") or name
-        where = f"{self._file}: {called!r}"
+        where = f"{self._file}: {quoted(called)}"
         if name in REFUSED or name == "svg":
             raise DrawingError(f"{where} is a <{name}>: replace it by plain paths")
-        to_mm = _after(self._maps[-1], _transform(attributes.get("transform", ""), where))
+        to_mm = self._maps[-1]
+        if "transform" in attributes:
+            to_mm = _after(to_mm, _transform(attributes["transform"], where))
+            if not np.all(np.abs(to_mm) <= LARGEST_SCALE):
+                raise DrawingError(f"{where} is scaled or moved out of all bounds: ungroup it")
         self._maps.append(to_mm)
-        if name in SHAPES:
-            self.chains += SHAPES[name](_Shape(called, where, attributes, to_mm))
+        wanted = self._names is None or called.lower() in self._names
+        if name in SHAPES and wanted:
+            self.chains += SHAPES[name](_Shape(called, where, attributes, to_mm, self._pieces))
 
     def end(self, tag: str) -> None:
         if self._hidden:
@@ -107,15 +134,22 @@ class _SvgReader:
 
     def refuse_entity(self, name: str, *rest: object) -> None:
         raise DrawingError(
-            f"{self._file} declares the entity {name!r}: save it as plain SVG without entities"
+            f"{self._file} declares the entity {quoted(name)}: save it as plain SVG without "
+            "entities"
         )
 
     def _drawing_to_mm(self, attributes: Mapping[str, str]) -> Array:
         """Return the map (2, 3) from user units with y down to mm with y up."""
         view = _numbers(attributes.get("viewBox", ""), f"{self._file}: viewBox")
         if len(view) not in (0, 4) or (len(view) == 4 and min(view[2:]) <= 0):
-            raise DrawingError(f"{self._file}: viewBox {view} is not x, y, width and height")
-        sizes = [_millimetres(attributes.get(key, "")) for key in ("width", "height")]
+            shown = quoted(attributes["viewBox"])
+            raise DrawingError(
+                f"{self._file}: viewBox {shown} is not x, y, width and height: give four numbers"
+            )
+        sizes = [
+            _millimetres(attributes.get(key, "auto"), f"{self._file}: {key}")
+            for key in ("width", "height")
+        ]
         stated = [size for size in sizes if size is not None]
         unit = self._unit_mm
         if stated and not view:
@@ -129,8 +163,9 @@ class _SvgReader:
                     f"{units[1]:.4g} mm high: give the page the proportions of its viewBox"
                 )
         if unit is None:
+            width = quoted(attributes["width"]) if "width" in attributes else "not given"
             raise DrawingError(
-                f"{self._file} has no physical size (width {attributes.get('width')!r}): set the "
+                f"{self._file} has no physical size (width {width}): set the "
                 'page\'s width and height in mm, as width="50mm", or say what a user unit is'
             )
         if not 1e-6 < unit < 1e6:
@@ -151,13 +186,16 @@ class _Shape:
     where: str
     attributes: Mapping[str, str]
     to_mm: Array
+    pieces: PieceCount
 
     def length(self, key: str) -> float:
         """Return an attribute in user units."""
         text = self.attributes.get(key, "0").strip()
         found = _numbers(text.removesuffix("px"), f"{self.where}: {key}")
         if len(found) != 1:
-            raise DrawingError(f"{self.where}: {key} = {text!r} is not a number in user units")
+            raise DrawingError(
+                f"{self.where}: {key} = {quoted(text)} is not a number in user units"
+            )
         return found[0]
 
     def points(self) -> Array:
@@ -167,7 +205,7 @@ class _Shape:
         return np.reshape(numbers, (-1, 2))
 
     def polyline(self, points: Array) -> Chain:
-        return Chain.through(self.name, points).mapped(self.to_mm)
+        return self.pieces.counted(Chain.through(self.name, points).mapped(self.to_mm))
 
     def ellipse(
         self, centre: Array, radii: tuple[float, float], tilt: float = 0.0,
@@ -178,7 +216,14 @@ class _Shape:
         own = np.array([[c * radii[0], -s * radii[1], centre[0]],
                         [s * radii[0], c * radii[1], centre[1]]])  # fmt: skip
         start = np.array([np.cos(first), np.sin(first)])
-        return Chain.about(self.name, (0.0, 0.0), start, turn).mapped(_after(self.to_mm, own))
+        chain = Chain.about(self.name, (0.0, 0.0), start, turn).mapped(_after(self.to_mm, own))
+        return self.pieces.counted(chain, fitted=len(chain.curvature) > 4)
+
+    def bezier(self, control: Array) -> Chain:
+        """Return arcs near the Bézier curve of control points (n, 2), in user units."""
+        return self.pieces.counted(
+            Chain.free(self.name, _applied(self.to_mm, control)), fitted=True
+        )
 
 
 def _path(shape: _Shape) -> list[Chain]:
@@ -218,8 +263,7 @@ def _path(shape: _Shape) -> list[Chain]:
                 smooth = last in ("CS" if letter == "S" else "QT") and last != ""
                 given.insert(0, 2 * here - control if smooth else here)
             control = given[-2]
-            points = np.array([here, *given])
-            parts.append(Chain.fitted(shape.name, bezier(_applied(shape.to_mm, points))))
+            parts.append(shape.bezier(np.array([here, *given])))
         here, last = end, letter
     finish()
     return chains
@@ -231,8 +275,8 @@ def _arc(shape: _Shape, start: Array, numbers: Array, end: Array) -> Chain:
     large, sweep = numbers[3:5]
     if not np.any(radii) or not np.any(end - start):
         return shape.polyline(np.array([start, end]))
-    if not np.all(radii > 0):
-        raise DrawingError(f"{shape.where} has an arc with radii {radii.tolist()}")
+    if np.min(radii) < SMALLEST:
+        raise DrawingError(f"{shape.where} has an arc with radii {radii.tolist()}: enlarge them")
     c, s = np.cos(tilt), np.sin(tilt)
     half = np.array([[c, s], [-s, c]]) @ (0.5 * (start - end)) / radii
     size = float(half @ half)
@@ -299,12 +343,14 @@ def _commands(text: str, where: str) -> list[tuple[str, bool, Array]]:
     steps: list[tuple[str, bool, Array]] = []
     runs = re.split(r"([A-DF-Za-df-z])", text)  # e and E belong to numbers
     if runs[0].strip():
-        raise DrawingError(f"{where}: path data start with {runs[0].strip()[:20]!r}, not with M")
+        raise DrawingError(f"{where}: path data start with {quoted(runs[0].strip())}, not with M")
     for letter, arguments in zip(runs[1::2], runs[2::2], strict=True):
         command = letter.upper()
         if command not in ARGUMENTS or (not steps and command != "M"):
             raise DrawingError(f"{where}: path data have {letter!r} where a command should be")
         numbers = _numbers(arguments, where, arcs=command == "A")
+        if len(steps) + len(numbers) // max(ARGUMENTS[command], 1) > MOST_PIECES:
+            raise DrawingError(f"{where} has more than {MOST_PIECES} steps: simplify the path")
         each = ARGUMENTS[command]
         if each == 0 and not numbers:
             steps.append((command, False, np.zeros(0)))
@@ -327,31 +373,47 @@ def _numbers(text: str, where: str, *, arcs: bool = False) -> list[float]:
     at = SEPARATOR.match(text).end()  # type: ignore[union-attr]  # matches nothing at least
     while at < len(text):
         found = (FLAG if arcs and len(numbers) % 7 in (3, 4) else NUMBER).match(text, at)
-        if not found:
-            raise DrawingError(f"{where}: {text[at : at + 20]!r} stands where a number should be")
-        numbers.append(float(found.group()))
-        if abs(numbers[-1]) > LARGEST_NUMBER:
-            raise DrawingError(f"{where}: {found.group()} is too large for a drawing")
+        value = number(found.group()) if found else None
+        if found is None or value is None:
+            raise DrawingError(
+                f"{where}: {quoted(text[at:])} stands where a number should be: write one"
+            )
+        if abs(value) > LARGEST_NUMBER:
+            raise DrawingError(
+                f"{where}: {quoted(found.group())} is too large for a drawing: check the unit"
+            )
+        numbers.append(value)
         at = SEPARATOR.match(text, found.end()).end()  # type: ignore[union-attr]
     return numbers
 
 
-def _millimetres(text: str) -> float | None:
+def _millimetres(text: str, where: str) -> float | None:
     """Return a physical length, mm, or None if the text has no physical unit."""
-    found = re.fullmatch(rf"\s*({NUMBER.pattern})\s*(\w+)\s*", text)
-    if not found or found.group(2).lower() not in MM_PER_UNIT:
-        return None
-    return float(found.group(1)) * MM_PER_UNIT[found.group(2).lower()]
+    stripped = text.strip().lower()
+    found = NUMBER.match(stripped)
+    value = number(found.group()) if found else None
+    unit = stripped[found.end() :].strip() if found else stripped
+    if value is not None and unit in MM_PER_UNIT:
+        return value * MM_PER_UNIT[unit]
+    if stripped != "auto" and (value is None or unit not in NO_PHYSICAL_UNIT):
+        raise DrawingError(f'{where} {quoted(text)} is no length: write one, such as "50mm"')
+    return None
 
 
 def _transform(text: str, where: str) -> Array:
     """Return the map (2, 3) of a transform attribute (CSS Transforms 1, section 8)."""
     result = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    rest = re.sub(r"\w+\s*\([^()]*\)", "", text).replace(",", "").strip()
-    if rest:
-        raise DrawingError(f"{where}: transform {text[:40]!r} cannot be read")
-    for kind, inner in re.findall(r"(\w+)\s*\(([^()]*)\)", text):
-        result = _after(result, _one_transform(kind, _numbers(inner, where), where))
+    at = count = 0
+    while found := TRANSFORM.match(text, at):
+        at, count = found.end(), count + 1
+        if count > MOST_TRANSFORMS:
+            raise DrawingError(f"{where} has more than {MOST_TRANSFORMS} transforms: ungroup it")
+        result = _after(result, _one_transform(found[1], _numbers(found[2], where), where))
+    if text[at:].strip(" ,\t\r\n"):
+        raise DrawingError(
+            f"{where}: transform {quoted(text[at:])} cannot be read: ungroup it, or convert it to "
+            "a path"
+        )
     return result
 
 
@@ -370,7 +432,7 @@ def _one_transform(kind: str, n: list[float], where: str) -> Array:
         slope = float(np.tan(np.radians(n[0])))
         across, up = (slope, 0.0) if kind == "skewX" else (0.0, slope)
         return np.array([[1.0, across, 0.0], [up, 1.0, 0.0]])
-    raise DrawingError(f"{where}: transform {kind} with {len(n)} numbers is not known")
+    raise DrawingError(f"{where}: transform {quoted(kind)} with {len(n)} numbers is not known")
 
 
 def _after(outer: Array, inner: Array) -> Array:
