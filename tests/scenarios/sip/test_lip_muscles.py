@@ -21,8 +21,8 @@ from scenarios.sip.lip_muscles import PARTS, lip_muscles
 ORBICULARIS = ("upper_orbicularis", "lower_orbicularis")
 
 
-def lips_of(*overrides: str) -> Lips:
-    scenario = load_scenario("A38-F", ["numerics.resolution=coarse", *overrides])
+def lips_of(*settings: str, resolution: str = "coarse") -> Lips:
+    scenario = load_scenario("A38-F", [f"numerics.resolution={resolution}", *settings])
     return Lips(scenario, scenario.head.section(), scenario.package.section())
 
 
@@ -52,7 +52,7 @@ def moved(lips: Lips, result: StaticResult, landmark: str) -> np.ndarray:
 
 @pytest.mark.parametrize("resolution", ["coarse", "standard"])
 def test_fibres_fill_the_area_that_anatomy_gives_them(resolution):
-    lips = lips_of(f"numerics.resolution={resolution}")
+    lips = lips_of(resolution=resolution)
     regions = muscle_regions(lips.head)
     always = {name: Amplitude((0.0,), (0.1,)) for name in PARTS}
     muscles = lip_muscles(lips.body, regions, always)
@@ -119,7 +119,7 @@ def test_closed_lips_press_each_other_as_lips_of_people_do(plane):
 def test_how_lips_close_hardly_depends_on_the_mesh():
     pressed = []
     for resolution in ("coarse", "standard"):
-        lips = lips_of("head.jaw_opening_deg=0.0", f"numerics.resolution={resolution}")
+        lips = lips_of("head.jaw_opening_deg=0.0", resolution=resolution)
         pressed.append(lip_on_lip(tensed(lips, dict.fromkeys(ORBICULARIS, 0.3))))
     (coarse_load, coarse_length), (load, length) = pressed
     assert coarse_load == pytest.approx(load, rel=0.03)
