@@ -37,6 +37,8 @@ class Recorder:
         The period that is replayed, s.
     head_angle_rad
         Turn of the head section's frame into the head frame.
+    force_floor_n
+        Nodal force below which nothing is considered to act, N, as in Newton's method.
     resume_from
         The last increment of an interrupted replay, with its checkpoint.
     """
@@ -48,11 +50,13 @@ class Recorder:
         start_s: float,
         end_s: float,
         head_angle_rad: float,
+        force_floor_n: float,
         resume_from: Increment | None = None,
     ) -> None:
         self._measure = measure
         self._start_s, self._end_s = start_s, end_s
         self._head_angle_rad = head_angle_rad
+        self._force_floor_n = force_floor_n
         self.extremes = Extremes()
         self.unstable: tuple[Passage, ...] = ()
         self._last_s = start_s
@@ -87,7 +91,8 @@ class Recorder:
     def _remember(self, commit: Commit) -> None:
         time_s = commit.state.time_s
         self.unstable = passages_with(self.unstable, self._last_s, time_s, commit.instability)
-        self.extremes = self.extremes.widened(Extremes.of(commit))
+        now = Extremes.of(commit, force_floor_n=self._force_floor_n)
+        self.extremes = self.extremes.widened(now)
         self._last_s = time_s
 
 

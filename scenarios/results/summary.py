@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from fem2d.contact.rigid import rigid_responses
 from fem2d.contact.self_contact import self_responses
 from fem2d.solvers.commit import Commit
-from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.stability import Instability, Passage
 from scenarios.results.quantities import HISTORY, LIPS
 
@@ -40,8 +39,11 @@ class Extremes:
     largest_kinetic_energy_nmm: float = 0.0
 
     @classmethod
-    def of(cls, commit: Commit) -> Extremes:
-        """Return the values of one committed increment."""
+    def of(cls, commit: Commit, *, force_floor_n: float) -> Extremes:
+        """Return the values of one committed increment.
+
+        Where no nodal force is larger than ``force_floor_n``, no unbalanced force counts.
+        """
         depth = {"neck": 0.0, "teeth": 0.0, "between_nodes": 0.0, "lips": 0.0}
         for response in rigid_responses(commit.contacts):
             what = "neck" if response.contact.moving else "teeth"
@@ -51,7 +53,7 @@ class Extremes:
         for lips in self_responses(commit.contacts):
             overlap = -float(np.min(lips.points.gap[lips.touching], initial=0.0))
             depth["lips"] = max(depth["lips"], overlap)
-        forces_matter = commit.newton.force_scale > NewtonSettings().force_floor_n
+        forces_matter = commit.newton.force_scale > force_floor_n
         return cls(
             **{f"largest_penetration_{what}_mm": value for what, value in depth.items()},
             largest_unbalanced_force_share=commit.newton.imbalance if forces_matter else 0.0,

@@ -12,6 +12,13 @@ from scenarios.settings.hand import HandSettings
 from scenarios.settings.motion import FirstContact, MotionFile, Placement
 from scenarios.settings.numerics import Numerics
 from scenarios.settings.person import Head, Muscle
+from scenarios.settings.searches import PullSearch
+from scenarios.settings.tables import keys_of
+
+FITTING = ("difference", "uncertainty_difference", "weakest", "same", "fineness")
+MEASURING = ("skin_spacing_mm", "reach_mm", "look_back_s", "instants", "thinning")
+"""Keys of [numerics.shift_search] that the search for a shift needs, and those that measuring
+first contacts needs."""
 
 SHIFTS = ("shift_x_mm", "shift_y_mm", "lower_face_x_mm", "lower_face_y_mm")
 
@@ -75,6 +82,12 @@ def _of_hand(hand: HandSettings) -> Iterator[Ineffective]:
 
 
 def _of_placement(placement: Placement, seen: FirstContact) -> Iterator[Ineffective]:
+    if "auto" not in [getattr(placement, name) for name in (*SHIFTS, "turn_deg")]:
+        yield Ineffective(
+            tuple(f"numerics.shift_search.{name}" for name in FITTING),
+            tuple(f"placement.{name}" for name in (*SHIFTS, "turn_deg")),
+            'as nothing in [placement] is "auto"',
+        )
     shifts = tuple(f"placement.{name}" for name in SHIFTS)
     if "auto" not in [getattr(placement, name) for name in SHIFTS]:
         yield Ineffective(("placement.at_most_mm",), shifts, 'as no shift is "auto"')
@@ -86,7 +99,11 @@ def _of_placement(placement: Placement, seen: FirstContact) -> Iterator[Ineffect
     places = ("first_contact.lower_place_mm", "first_contact.upper_place_mm")
     if not seen.observed:
         yield Ineffective(
-            ("first_contact.time_sigma_s", "first_contact.skin_sigma_mm"),
+            (
+                "first_contact.time_sigma_s",
+                "first_contact.skin_sigma_mm",
+                *(f"numerics.shift_search.{name}" for name in MEASURING),
+            ),
             times,
             "as no first contact is given",
         )
@@ -97,6 +114,12 @@ def _of_placement(placement: Placement, seen: FirstContact) -> Iterator[Ineffect
 
 
 def _of_muscle(muscle: Muscle | None) -> Iterator[Ineffective]:
+    if muscle is None:
+        yield Ineffective(
+            tuple(key.path for key in keys_of(PullSearch, where="numerics.pull_search")),
+            ("muscle",),
+            "as there is no [muscle]",
+        )
     if muscle is not None and "auto" not in (muscle.traction_kpa, muscle.direction_deg):
         yield Ineffective(
             ("muscle.clearance_mm",),

@@ -53,7 +53,7 @@ class Layer:
 
 @dataclass(frozen=True)
 class Given:
-    """A value and the number of the layer that gives it."""
+    """A value and the number of the layer that gives it; None where that layer resets it."""
 
     value: Value
     layer: int
@@ -118,6 +118,7 @@ def laid_over(shape: Shape, layers: Sequence[Layer]) -> dict[str, Given]:
             given = _without_replaced(shape, given, own)
         except SettingError as error:
             raise SettingError(f"{layer.name}: {error}" if layer.name else str(error)) from error
+        given |= {path: Given(None, number) for path in reset}
         given |= {path: Given(value, number) for path, value in own.items()}
     return given
 
@@ -126,6 +127,8 @@ def nested(given: Mapping[str, Given]) -> dict[str, Any]:
     """Return values by path as tables of keys."""
     document: dict[str, Any] = {}
     for path, each in given.items():
+        if each.value is None:
+            continue
         *tables, name = path.split(".")
         place = document
         for table in tables:

@@ -16,7 +16,35 @@ from fem2d.solvers.newton import NewtonSettings
 from fem2d.solvers.step_control import StepSettings
 from geometry2d.foundation.settings import setting
 from geometry2d.mesh import LEVELS, MeshSize
+from scenarios.settings.searches import Period, PullSearch, ShiftSearch
 from scenarios.settings.tables import SettingError
+
+
+@dataclass(frozen=True)
+class LipNumerics:
+    """How the lips are tied to bone, and where contact is looked for."""
+
+    bone_stiffness_mpa_per_mm: float = setting(
+        default=1.0,
+        unit="MPa/mm",
+        above=0.0,
+        description="elastic layer that ties tissue to bone",
+        source="some 20 times stiffer than 10 mm of bulk tissue",
+    )
+    points_between_nodes: int = setting(
+        default=2,
+        minimum=0,
+        maximum=20,
+        description="points in each half of an edge at which contact with the neck is looked for",
+        source="edges of 0.4 mm then sink over corners of that radius by less than 0.005 mm",
+    )
+    self_contact_reach_mm: float = setting(
+        default=0.5,
+        unit="mm",
+        above=0.0,
+        description="distance from a skin in which other skin is looked for",
+        source="far more than any penetration",
+    )
 
 
 @dataclass(frozen=True)
@@ -67,6 +95,17 @@ class Numerics:
         default=Inertia(relaxation_s=0.02),
         description="time integration; tissue's density, and a relaxation that is short beside a "
         "sip",
+    )
+    lips: LipNumerics = setting(
+        default=LipNumerics(), description="ties to bone, and where contact is looked for"
+    )
+    period: Period = setting(default=Period(), description="which part of the motion is replayed")
+    pull_search: PullSearch = setting(
+        default=PullSearch(), description='how an "auto" of [muscle] is found'
+    )
+    shift_search: ShiftSearch = setting(
+        default=ShiftSearch(),
+        description='how first contacts are measured and an "auto" of [placement] is found',
     )
 
     def __post_init__(self) -> None:

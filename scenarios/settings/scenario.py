@@ -241,7 +241,7 @@ def _without_effect(scenario: Scenario, given: Mapping[str, Given]) -> set[str]:
     ):
         decided = max((given[p].layer for p in ineffective.because if p in given), default=-1)
         for path in ineffective.keys:
-            if path not in given or given[path].value == SHAPE.keys[path].field.default:
+            if path not in given or given[path].value in (None, SHAPE.keys[path].field.default):
                 continue
             if given[path].layer >= decided:
                 value = given[path].value

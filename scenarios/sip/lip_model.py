@@ -29,16 +29,6 @@ from scenarios.settings.scenario import Muscle, Scenario, ScenarioError, Skin
 
 Array = NDArray[np.float64]
 
-BONE_STIFFNESS_MPA_PER_MM = 1.0
-"""Elastic layer that ties tissue to bone: some 20 times stiffer than 10 mm of bulk tissue."""
-
-FOLD_REACH_MM = 0.5
-"""How far from a skin another part of skin is looked for: far more than any penetration."""
-
-POINTS_BETWEEN_NODES = 2
-"""In each half of an edge, where contact is looked for too: edges of up to 0.4 mm then sink over
-corners with that radius by less than 0.005 mm (docs/theory/contact.md)."""
-
 WALLS = ("upper_wall", "lower_wall")
 
 
@@ -168,7 +158,8 @@ class Lips:
             for coefficient in (contact.friction, contact.teeth_friction, contact.lip_friction)
         )
         surfaces = {
-            lip: self.free_surface(lip, between_nodes=POINTS_BETWEEN_NODES) for lip in self.present
+            lip: self.free_surface(lip, between_nodes=numerics.lips.points_between_nodes)
+            for lip in self.present
         }
         on_walls = [
             RigidContact(
@@ -197,7 +188,7 @@ class Lips:
         ties = tuple(
             ElasticTie(
                 self.surface(f"{lip}_{part}"),
-                BONE_STIFFNESS_MPA_PER_MM,
+                numerics.lips.bone_stiffness_mpa_per_mm,
                 fade_mm=self.head.tie_fade_mm if part == "bone" else 0.0,
                 name=f"{lip}_{part}",
             )
@@ -209,7 +200,7 @@ class Lips:
             normal=normal,
             search=numerics.search,
             friction=on_lip,
-            reach_mm=FOLD_REACH_MM,
+            reach_mm=numerics.lips.self_contact_reach_mm,
             same_surface=True,
             name="lip on lip",
         )

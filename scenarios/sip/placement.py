@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion
-from scenarios.settings.scenario import Scenario, ScenarioError
+from scenarios.settings.scenario import Scenario
 from scenarios.sip.placement_fit import PlacementFit, smallest_shift
 from scenarios.sip.recorded_motion import RecordedMotion
 from scenarios.sip.shift import UNKNOWNS, Shift, with_lower_face_moved
@@ -75,21 +75,17 @@ def place(
     Raises
     ------
     ScenarioError
-        If a shift is to be found without observations, if no shift within the bounds explains the
-        observations, or if the shifted lower lip overlaps the upper one.
+        If no shift within the bounds explains the observations, or if the shifted lower lip
+        overlaps the upper one.
     """
     settings = scenario.placement
     given = {name: getattr(settings, name) for name in UNKNOWNS}
     wanted = tuple(name for name, value in given.items() if value == "auto")
     start = Shift(**{name: 0.0 if name in wanted else value for name, value in given.items()})
-    problem = PlacementFit(head, neck, recorded, scenario.first_contact, start, wanted)
+    search = scenario.numerics.shift_search
+    problem = PlacementFit(head, neck, recorded, scenario.first_contact, start, wanted, search)
     if not wanted:
         return _placed(problem, np.zeros(0))
-    if not problem.observations:
-        raise ScenarioError(
-            f'placement.{wanted[0]} = "auto" needs something observed: give [first_contact] '
-            "lower_time_s and upper_time_s, and the places where you saw them"
-        )
     return _placed(problem, smallest_shift(problem, settings))
 
 

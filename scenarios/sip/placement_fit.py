@@ -30,39 +30,12 @@ from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidPlacement
 from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import FirstContact, Placement, ScenarioError
+from scenarios.settings.searches import ShiftSearch
 from scenarios.sip.lip_model import WALLS, LipSkin
 from scenarios.sip.recorded_motion import RecordedMotion
 from scenarios.sip.shift import Shift
 
 Array = NDArray[np.float64]
-
-SKIN_SPACING_MM = 0.4
-"""Spacing of the points of a skin at which the gap is evaluated."""
-
-REACH_MM = 24.0
-"""Largest distance along the skin from the lip's margin at which a first contact is searched."""
-
-LOOK_BACK_S = 1.0
-INSTANTS = 8
-THINNED = 3
-"""Before its first contact a lip must not touch: the gap is evaluated at so many instants over this
-time, at every third point of the skin."""
-
-STEP = 1e-3
-"""Step of the finite differences, mm or degrees: far above rounding, far below the observations'
-errors."""
-
-FINITE_STEP = 0.2
-"""Step over which the uncertainty of the solution is estimated, mm or degrees."""
-
-WEAKEST = 1e-2
-"""Smallest λ, per mm or degree: practically no regularisation."""
-
-SAME = 0.1
-"""Fits from two starts that differ by less, mm or degrees, count as one."""
-
-FINENESS = 0.05
-"""Relative width at which the search for λ ends."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +54,8 @@ class PlacementFit:
         The movement whose given components are kept; the wanted ones are zero.
     wanted
         Names of the unknowns, in the order of ``q``.
+    search
+        How gaps are measured, and in which steps the unknowns are searched.
     """
 
     head: HeadSection
@@ -89,6 +64,7 @@ class PlacementFit:
     contact: FirstContact
     start: Shift
     wanted: tuple[str, ...]
+    search: ShiftSearch
 
     @cached_property
     def observations(self) -> tuple[str, ...]:
@@ -103,8 +79,8 @@ class PlacementFit:
         for lip in LIPS:
             line = LipSkin.of(self.head, lip)
             arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line.points, axis=0).T))])
-            wanted = np.arange(0.0, arc[-1], SKIN_SPACING_MM)
-            wanted = wanted[np.abs(wanted - line.margin_mm) < REACH_MM]
+            wanted = np.arange(0.0, arc[-1], self.search.skin_spacing_mm)
+            wanted = wanted[np.abs(wanted - line.margin_mm) < self.search.reach_mm]
             points = np.column_stack([np.interp(wanted, arc, x) for x in line.points.T])
             skins[lip] = points, line.outwards * (wanted - line.margin_mm)
         return skins
@@ -112,11 +88,13 @@ class PlacementFit:
     @cached_property
     def watched(self) -> dict[str, tuple[RigidPlacement, ...]]:
         """Placements of the recorded neck at the first contact and at instants before, by lip."""
-        watched = {}
+        watched, search = {}, self.search
         for lip in LIPS:
             time = getattr(self.contact, f"{lip}_time_s")
             if time is not None:
-                before = time - LOOK_BACK_S * np.arange(INSTANTS + 1) / INSTANTS
+                before = (
+                    time - search.look_back_s * np.arange(search.instants + 1) / search.instants
+                )
                 watched[lip] = tuple(self.recorded.neck.at(float(t)) for t in before)
         return watched
 
@@ -144,7 +122,7 @@ class PlacementFit:
         residuals = []
         for lip, places in self.watched.items():
             at_contact, nearest = self._nearest(lip, self._distances(lip, places[:1], shift)[0])
-            before = self._distances(lip, places[1:], shift, every=THINNED)
+            before = self._distances(lip, places[1:], shift, every=self.search.thinning)
             gap = min(at_contact, float(before.min()))
             residuals.append(gap / self.gap_sigma[lip])
             observed_place = getattr(self.contact, f"{lip}_place_mm")
@@ -162,9 +140,9 @@ class PlacementFit:
 
     def jacobian(self, q: Array) -> Array:
         """Return the derivatives (n, m) of the residuals, by differences."""
-        here = self.residuals(q)
+        here, step = self.residuals(q), self.search.difference
         return np.column_stack(
-            [(self.residuals(q + STEP * e) - here) / STEP for e in np.eye(q.size)]
+            [(self.residuals(q + step * e) - here) / step for e in np.eye(q.size)]
         )
 
     def sigmas(self, q: Array) -> list[float]:
@@ -173,9 +151,10 @@ class PlacementFit:
         They follow from the observations alone, without the preference for small shifts.
         Derivatives are taken over a finite step, because the nearest point of a skin jumps.
         """
-        steps = FINITE_STEP * np.eye(q.size)
+        step = self.search.uncertainty_difference
         slopes = [
-            (self.residuals(q + e) - self.residuals(q - e)) / (2 * FINITE_STEP) for e in steps
+            (self.residuals(q + step * e) - self.residuals(q - step * e)) / (2 * step)
+            for e in np.eye(q.size)
         ]
         _, s, vt = np.linalg.svd(np.column_stack(slopes), full_matrices=True)
         fixed = s > 1e-6 * s[0] if s.size and s[0] > 0 else np.zeros(s.size, bool)
@@ -222,14 +201,14 @@ def smallest_shift(problem: PlacementFit, settings: Placement) -> Array:
     bound = np.array(
         [settings.at_most_deg if n == "turn_deg" else settings.at_most_mm for n in problem.wanted]
     )
-    nothing = np.zeros(bound.size)
+    nothing, search = np.zeros(bound.size), problem.search
     if problem.explains(nothing):
         return nothing
     halfway = [sign * 0.5 * row for row in np.diag(bound) for sign in (-1, 1)]
     fits: list[Array] = []
     for start in (nothing, *halfway):
-        fit = _fitted(problem, WEAKEST, start, bound)
-        if all(np.linalg.norm(fit - other) > SAME for other in fits):
+        fit = _fitted(problem, search.weakest, start, bound)
+        if all(np.linalg.norm(fit - other) > search.same for other in fits):
             fits.append(fit)
     explaining = [q for q in fits if problem.explains(q)]
     if not explaining:
@@ -254,8 +233,8 @@ def _fitted(problem: PlacementFit, strength: float, start: Array, bound: Array) 
 
 def _shrunk(problem: PlacementFit, q: Array, bound: Array) -> Array:
     """Return the smallest unknowns on the branch of ``q`` that explain the observations."""
-    weak, strong = float(np.log(WEAKEST)), np.inf
-    while strong - weak > FINENESS:
+    weak, strong = float(np.log(problem.search.weakest)), np.inf
+    while strong - weak > problem.search.fineness:
         middle = weak + np.log(4.0) if np.isinf(strong) else 0.5 * (weak + strong)
         candidate = _fitted(problem, float(np.exp(middle)), q, bound)
         if problem.explains(candidate):

@@ -32,35 +32,13 @@ from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from scenarios.settings.scenario import Muscle, ScenarioError
+from scenarios.settings.searches import PullSearch
 from scenarios.sip.lip_model import Lips, Pull
 
 Array = NDArray[np.float64]
 
-MOST_KPA = 6.0
-"""A pull that is tried at most: three times what an ordinary sip needs."""
-
-DIRECTIONS_DEG = (0.0, 40.0, 80.0, 120.0)
-"""Directions tried first, from forward to upward and back; then between the best one's neighbours.
-"""
-
-DIRECTION_TOLERANCE_DEG = 4.0
-"""The pull that is needed is flat about its smallest: 4° change it by less than 1 %."""
-
-INSTANTS_PER_PULL = 100
-"""Instants at which the neck's way past the held lip is looked at."""
-
-REACH_MM = 10.0
-"""Skin and neck that stay farther than this apart while the lip is undrawn do not meet."""
-
 RISE = Amplitude((0.0, 1.0), (0.0, 1.0))
-RISING_STEP = 0.1
-"""How the trial pull rises. Its time only counts the way: the lip is at rest at every step."""
-
-CLEARANCE_TOLERANCE_MM = 0.005
-"""A pull is the smallest if it keeps the lip no more than this clearer than it should."""
-
-REFINEMENTS = 12
-"""Most pulls tried between one that is not enough and one that is."""
+"""How a trial pull rises. Its time only counts the way: the lip is at rest at every step."""
 
 
 @dataclass(frozen=True)
@@ -120,9 +98,12 @@ def found_pull(
     trial = _Trial.of(lips, muscle, motion)
     if muscle.direction_deg != "auto":
         return trial.enough(muscle, trial.pulled(muscle.direction_deg))
-    progress(0.0, f"pulling the {muscle.lip} lip in {len(DIRECTIONS_DEG)} directions")
+    search = lips.scenario.numerics.pull_search
+    directions = search.directions_deg
+    progress(0.0, f"pulling the {muscle.lip} lip in {len(directions)} directions")
     tried = []
-    for two_at_once in zip(DIRECTIONS_DEG[::2], DIRECTIONS_DEG[1::2], strict=True):
+    for first in range(0, len(directions), 2):
+        two_at_once = directions[first : first + 2]
         tried += trial.threads.run([partial(trial.pulled, towards) for towards in two_at_once])
 
     def needed_kpa(direction_deg: float) -> float:
@@ -134,9 +115,9 @@ def found_pull(
     around = (max(best - 1, 0), min(best + 1, len(tried) - 1))
     minimize_scalar(
         needed_kpa,
-        bounds=[DIRECTIONS_DEG[k] for k in around],
+        bounds=[directions[k] for k in around],
         method="bounded",
-        options={"xatol": DIRECTION_TOLERANCE_DEG},
+        options={"xatol": search.direction_tolerance_deg},
     )
     found = min(tried, key=trial.cost)
     return replace(trial.enough(muscle, found), equilibria=sum(t.equilibria for t in tried))
@@ -154,16 +135,17 @@ class _Trial:
     skin: Surface
     reachable: NDArray[np.bool_]
     threads: Threads
+    search: PullSearch
 
     @classmethod
     def of(cls, lips: Lips, muscle: Muscle, motion: RigidMotion) -> _Trial:
         scenario = lips.scenario
         coarse = scenario.with_(numerics={"resolution": "coarse"})
         alone = replace(lips, scenario=coarse, present=(muscle.lip,), pull=None)
-        system = alone.system
+        system, search = alone.system, scenario.numerics.pull_search
         times = np.concatenate(
             [
-                np.linspace(held_from, held_to, INSTANTS_PER_PULL)
+                np.linspace(held_from, held_to, search.instants)
                 for held_from, held_to in zip(muscle.tense_to_s, muscle.relax_from_s, strict=True)
             ]
         )
@@ -172,7 +154,7 @@ class _Trial:
         skin = alone.free_surface(muscle.lip)
         undrawn = skin.positions(np.zeros_like(skin.nodes)).reshape(-1, 2)
         near: NDArray[np.bool_] = (
-            _at_least(_seen_from(undrawn, places), obstacles).min(axis=0) < REACH_MM
+            _at_least(_seen_from(undrawn, places), obstacles).min(axis=0) < search.reach_mm
         )
         near_places, near_points = np.flatnonzero(near.any(axis=1)), near.any(axis=0)
         return cls(
@@ -192,12 +174,14 @@ class _Trial:
             skin=skin,
             reachable=np.asarray(near_points),
             threads=Threads(),
+            search=search,
         )
 
     def pulled(self, direction_deg: float) -> FoundPull:
         """Return the smallest pull in a direction that is enough, or else the largest tried."""
         given = self.muscle.traction_kpa
-        most_kpa = MOST_KPA if given == "auto" else given
+        search = self.search
+        most_kpa = search.most_kpa if given == "auto" else given
         enough_mm = self.muscle.clearance_mm if given == "auto" else np.inf
         pull = Pull(self.muscle, most_kpa, direction_deg)
         rising = replace(self.lips.load(pull), amplitude=RISE)
@@ -216,13 +200,13 @@ class _Trial:
         best_mm = low_mm = self._clearance(low.displacement)
         while best_mm < enough_mm and best.load.time_s < 1.0:
             low, low_mm = best, best_mm
-            best, best_mm = risen(low, min(1.0, low.load.time_s + RISING_STEP))
+            best, best_mm = risen(low, min(1.0, low.load.time_s + search.rising_step))
             if best.load.time_s == low.load.time_s:
                 break
         # Between the two by false position, aimed a little beyond what is enough.
-        aim_mm = enough_mm + 0.5 * CLEARANCE_TOLERANCE_MM
-        for _ in range(REFINEMENTS):
-            if not low_mm < enough_mm <= best_mm - CLEARANCE_TOLERANCE_MM:
+        aim_mm = enough_mm + 0.5 * search.clearance_tolerance_mm
+        for _ in range(search.refinements):
+            if not low_mm < enough_mm <= best_mm - search.clearance_tolerance_mm:
                 break
             into = (aim_mm - low_mm) / (best_mm - low_mm)
             aim = low.load.time_s + into * (best.load.time_s - low.load.time_s)
@@ -238,13 +222,13 @@ class _Trial:
     def cost(self, found: FoundPull) -> float:
         """Return the pull that is needed, kPa, larger than any where what was tried falls short."""
         short_mm = self.muscle.clearance_mm - found.clearance_mm
-        return found.pull.traction_kpa if short_mm <= 0 else MOST_KPA + short_mm
+        return found.pull.traction_kpa if short_mm <= 0 else self.search.most_kpa + short_mm
 
     def enough(self, muscle: Muscle, found: FoundPull) -> FoundPull:
         """Return the pull if it keeps the lip clear, or if nothing else was asked for."""
         if muscle.traction_kpa == "auto" and found.clearance_mm < muscle.clearance_mm:
             raise ScenarioError(
-                f"no pull on the {muscle.lip} lip up to {MOST_KPA:g} kPa keeps it "
+                f"no pull on the {muscle.lip} lip up to {self.search.most_kpa:g} kPa keeps it "
                 f"{muscle.clearance_mm:g} mm clear of the neck; the best, towards "
                 f"{found.pull.direction_deg:.0f}°, reaches {found.clearance_mm:.1f} mm: open the "
                 "jaw, shift the package, or tense the muscle before the neck is there"

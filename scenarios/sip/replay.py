@@ -28,6 +28,7 @@ from scenarios.results.quantities import LIPS
 from scenarios.results.recorder import Recorder, restored
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import Scenario, ScenarioError
+from scenarios.settings.searches import Period
 from scenarios.sip.carrying import CarriedNeck, carried
 from scenarios.sip.findings import Finding, Severity, findings_of, neck_findings
 from scenarios.sip.hand import about_hand, chosen_hand
@@ -36,12 +37,6 @@ from scenarios.sip.measures import LipMeasures
 from scenarios.sip.placement import Placed, place
 from scenarios.sip.pull import FoundPull, found_pull
 from scenarios.sip.recorded_motion import recorded_motion
-
-NEAR_MM = 2.0
-"""The replay starts when the neck comes this close to a lip, and ends when it has left again."""
-
-AFTER_RELEASE_S = 0.2
-"""How long the lips are followed after the neck has gone."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +120,7 @@ def prepared(scenario: Scenario, *, progress: Progress = lambda share, what: Non
     if pull is not None:
         lips = replace(lips, pull=pull.pull)
     progress(0.0, "meshing the lips")
-    start_s, end_s = _contact_period(lips.system, motion)
+    start_s, end_s = _contact_period(lips.system, motion, scenario.numerics.period)
     if scenario.muscle is not None:
         start_s = min(start_s, scenario.muscle.instants_s[0])
         end_s = max(end_s, scenario.muscle.instants_s[-1])
@@ -225,6 +220,7 @@ def replay(
         start_s=ready.start_s,
         end_s=ready.end_s,
         head_angle_rad=head_angle,
+        force_floor_n=newton.force_floor_n,
         resume_from=resume_from,
     )
 
@@ -267,7 +263,8 @@ def _messages(
     """Return how a replay went, and what to mind."""
     finished = result.status is MarchStatus.FINISHED
     system = ready.lips.system
-    left = not _neighbourhood(system)(ready.motion.at(ready.end_s))
+    near = _neighbourhood(system, ready.lips.scenario.numerics.period.near_mm)
+    left = not near(ready.motion.at(ready.end_s))
     caught = _touching(system, result.state) if finished and left else ()
     all_messages = (
         messages.ending(
@@ -291,24 +288,24 @@ def _messages(
     return tuple(message for message in all_messages if message)
 
 
-def _contact_period(system: Model, motion: RigidMotion) -> tuple[float, float]:
+def _contact_period(system: Model, motion: RigidMotion, period: Period) -> tuple[float, float]:
     """Return when the neck comes near the undeformed lips, and when it has left them for good."""
     times = np.linspace(motion.time_s[0], motion.time_s[-1], 4 * motion.time_s.size)
-    near = _neighbourhood(system)
+    near = _neighbourhood(system, period.near_mm)
     first = next((k for k in range(len(times)) if near(motion.at(float(times[k])))), None)
     if first is None:
         raise ScenarioError(
-            f"the neck never comes nearer than {NEAR_MM:g} mm to a lip: check the marker file's "
-            "scale, or shift the package with --set placement.shift_x_mm=…"
+            f"the neck never comes nearer than {period.near_mm:g} mm to a lip: check the marker "
+            "file's scale, or shift the package with --set placement.shift_x_mm=…"
         )
     last = next(k for k in reversed(range(len(times))) if near(motion.at(float(times[k]))))
     return (
         float(times[max(first - 1, 0)]),
-        float(min(times[min(last + 1, len(times) - 1)] + AFTER_RELEASE_S, times[-1])),
+        float(min(times[min(last + 1, len(times) - 1)] + period.after_release_s, times[-1])),
     )
 
 
-def _neighbourhood(system: Model) -> Callable[[RigidPlacement], bool]:
+def _neighbourhood(system: Model, near_mm: float) -> Callable[[RigidPlacement], bool]:
     """Return what tells whether the neck is near the undeformed lips."""
     nothing = np.zeros_like(system.body.nodes)
     moving = [
@@ -319,7 +316,7 @@ def _neighbourhood(system: Model) -> Callable[[RigidPlacement], bool]:
 
     def near(place: RigidPlacement) -> bool:
         return any(
-            np.min(outline.project(place.pull_back(skin)).distance) < NEAR_MM
+            np.min(outline.project(place.pull_back(skin)).distance) < near_mm
             for outline, skin in moving
         )
 

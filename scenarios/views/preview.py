@@ -20,7 +20,7 @@ from scenarios.results.messages import carried_message, placement_message
 from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import Scenario
 from scenarios.sip.findings import Finding, Severity, gaps_mm
-from scenarios.sip.replay import NEAR_MM, neck_findings_of, placed_neck
+from scenarios.sip.replay import neck_findings_of, placed_neck
 from scenarios.sip.run import with_known_motion
 
 if TYPE_CHECKING:
@@ -72,7 +72,9 @@ def write_preview(scenario: Scenario, out: Path, *, progress: Progress) -> tuple
         placed.head,
         neck,
         carried.motion,
-        _telling_instants(placed.head, neck, carried.motion),
+        _telling_instants(
+            placed.head, neck, carried.motion, near_mm=scenario.numerics.period.near_mm
+        ),
         head_angle_rad=placed.head_angle_rad,
         errors=[str(f) for f in found if f.severity is Severity.ERROR],
         warnings=[str(f) for f in found if f.severity is Severity.WARNING],
@@ -90,12 +92,14 @@ def _neck_name(scenario: Scenario) -> str:
     return f"neck {package.neck}" + ("" if scenario.filmed is None else ", changed")
 
 
-def _telling_instants(head: HeadSection, neck: NeckSection, motion: RigidMotion) -> list[float]:
+def _telling_instants(
+    head: HeadSection, neck: NeckSection, motion: RigidMotion, *, near_mm: float
+) -> list[float]:
     """Return when the neck first comes near the lips, half way, and when it last is near, s."""
     times = np.linspace(motion.time_s[0], motion.time_s[-1], INSTANTS)
     places = [motion.at(float(time)) for time in times]
     gap = np.min([gaps_mm(head, neck, places, lip) for lip in LIPS], axis=0)
-    near = times[gap < NEAR_MM]
+    near = times[gap < near_mm]
     if near.size == 0:
         return [float(times[int(np.argmin(gap))])]
     return [float(near[0]), 0.5 * float(near[0] + near[-1]), float(near[-1])]

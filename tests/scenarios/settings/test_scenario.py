@@ -259,6 +259,9 @@ def test_a_key_that_is_given_twice_is_refused() -> None:
                    "head.submental_dermis_mm=1"], "dermis_thickness_mm = 1.2 has no effect"),
         ("A38-F", ["numerics.inertia.density_tonne_per_mm3=0", "numerics.inertia.relaxation_s=0",
                    "numerics.inertia.spectral_radius=1"], "spectral_radius = 1.0 has no effect"),
+        ("A38-F", ["numerics.pull_search.most_kpa=7"], "most_kpa = 7.0 has no effect, as there is"),
+        ("A38-F", ["numerics.shift_search.same=1"], "same = 1.0 has no effect, as nothing in"),
+        ("A38-F", ["numerics.shift_search.instants=9"], "instants = 9 has no effect, as no"),
     ],
 )  # fmt: skip
 def test_a_key_without_effect_is_refused(name: str, settings: list[str], message: str) -> None:
@@ -273,6 +276,8 @@ def test_a_key_that_a_later_layer_makes_ineffective_gives_way(tmp_path: Path) ->
     automatic = load_scenario(written(tmp_path, text))
     assert automatic.placement.at_most_mm == 5.0
     assert automatic.with_(placement={"shift_x_mm": 1.0}).placement.at_most_mm == 10.0
+    pulled = load_scenario("DC-AE", ["numerics.pull_search.most_kpa=7"])
+    assert pulled.with_(muscle=None).numerics == load_scenario("DC-AE").numerics
 
 
 def test_files_of_earlier_versions_are_read(tmp_path: Path) -> None:
