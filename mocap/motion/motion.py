@@ -22,8 +22,8 @@ from mocap.motion.motion_file import (
     RELATIVE,
     SIGMA,
     Value,
+    motion_text,
     read_motion_file,
-    write_motion_file,
 )
 from mocap.motion.phases import (
     ACROSS_THE_NECK,
@@ -196,7 +196,11 @@ class Motion:
 
         ``decimals`` are those of mm, degrees and s.
         """
-        write_motion_file(Path(path), self.columns(), self._header(), decimals=decimals)
+        Path(path).write_bytes(self.text(decimals=decimals).encode("utf-8"))
+
+    def text(self, *, decimals: int = DECIMALS) -> str:
+        """Return what :meth:`write` writes."""
+        return motion_text(self.columns(), self._header(), decimals=decimals)
 
     def columns(self) -> dict[str, Array]:
         """Return the known columns (n,) of ``motion.csv`` by name: s, mm, degrees."""

@@ -32,6 +32,7 @@ import csv
 import json
 import re
 from collections.abc import Mapping
+from io import StringIO
 from pathlib import Path
 from typing import TypeAlias
 
@@ -78,21 +79,20 @@ MOST_SUMMARY_BYTES = 10_000_000
 LONGEST_HEADER_LINE = 10_000
 
 
-def write_motion_file(
-    path: Path, columns: Mapping[str, Array], header: Mapping[str, Value], *, decimals: int
-) -> None:
-    """Write columns (n,) of numbers under a header."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        stream.write(TITLE + "\n")
-        # JSON writes these values as TOML reads them, except the delete character.
-        stream.writelines(
-            f"# {key} = {json.dumps(value, ensure_ascii=False)}\n".replace("\x7f", "\\u007f")
-            for key, value in header.items()
-        )
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns)
-        rows = np.column_stack(list(columns.values()))
-        writer.writerows([f"{value:.{decimals}f}" for value in row] for row in rows)
+def motion_text(columns: Mapping[str, Array], header: Mapping[str, Value], *, decimals: int) -> str:
+    """Return columns (n,) of numbers under a header, as a file holds them."""
+    stream = StringIO(newline="")
+    stream.write(TITLE + "\n")
+    # JSON writes these values as TOML reads them, except the delete character.
+    stream.writelines(
+        f"# {key} = {json.dumps(value, ensure_ascii=False)}\n".replace("\x7f", "\\u007f")
+        for key, value in header.items()
+    )
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    rows = np.column_stack(list(columns.values()))
+    writer.writerows([f"{value:.{decimals}f}" for value in row] for row in rows)
+    return stream.getvalue()
 
 
 def read_motion_file(path: Path) -> tuple[dict[str, Array], dict[str, Value]]:

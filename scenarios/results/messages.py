@@ -131,6 +131,17 @@ def caught_message(lips: Sequence[str]) -> str | None:
     )
 
 
+def passive_message(pulled: Sequence[bool]) -> str:
+    """Return how passive the lips of several runs are, given in which of them a muscle acts."""
+    if not any(pulled):
+        return "The lips are passive: no muscle acts and nothing is pre-stressed."
+    where = "" if all(pulled) else " in some of the runs"
+    return (
+        f"The lips are passive but for a load that stands for a muscle{where}; nothing is "
+        "pre-stressed."
+    )
+
+
 def peaks_message(summary: Mapping[str, Any]) -> str:
     """Return the extreme values of a run's summary in one line."""
     return (

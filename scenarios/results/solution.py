@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidPlacement
+from mocap.motion.motion import Motion
 from scenarios.results.fields import FieldsInMemory, FieldStore
 from scenarios.results.fields_file import FIELDS_FILE, FieldsOnDisk, read_contact, read_model
 from scenarios.results.frames import data_set, history_table
@@ -223,6 +224,11 @@ class Solution:
         assert self.folder is not None  # a solution without a folder knows its scenario
         return load_scenario(str(self.folder / "scenario.toml"))
 
+    @cached_property
+    def motion(self) -> Motion:
+        """The motion that was replayed."""
+        return self.scenario.known_motion()
+
     def __repr__(self) -> str:
         whole = "" if self.finished else ", unfinished"
         where = "in memory" if self.folder is None else str(self.folder)
@@ -295,6 +301,17 @@ class Solution:
         from scenarios.views.page.notebook import solution_markup
 
         return str(solution_markup(self))
+
+
+def loaded(run: Solution | Path | str) -> Solution:
+    """Return a solution, or load it from its run directory.
+
+    Raises
+    ------
+    SolutionError
+        If it is not a run directory.
+    """
+    return run if isinstance(run, Solution) else Solution.load(run)
 
 
 def same_values(one: Any, other: Any) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from mocap.motion.motion import Motion
 from scenarios.settings.hand import HandSettings
 from scenarios.settings.motion import FirstContact, MotionFile, Placement
 from scenarios.settings.numerics import Numerics
@@ -44,7 +45,7 @@ class Ineffective:
 
 def ineffective_keys(
     *,
-    motion: MotionFile | None,
+    motion: MotionFile | Motion | None,
     placement: Placement,
     first_contact: FirstContact,
     hand: HandSettings,
@@ -61,7 +62,7 @@ def ineffective_keys(
     yield from _of_numerics(numerics)
 
 
-def _of_motion(motion: MotionFile | None) -> Iterator[Ineffective]:
+def _of_motion(motion: MotionFile | Motion | None) -> Iterator[Ineffective]:
     if motion is not None:
         yield Ineffective(
             ("recording.start_s", "recording.end_s"),

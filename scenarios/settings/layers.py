@@ -140,7 +140,7 @@ def nested(given: Mapping[str, Given]) -> dict[str, Any]:
 def document_of(table: object) -> dict[str, Any]:
     """Return a table as a document that reads back to it: without keys that have no value.
 
-    Keys that another one replaces are left out, too.
+    Keys that another one replaces are left out, and so is what no file holds.
     """
     document: dict[str, Any] = {}
     silent = {
@@ -155,6 +155,8 @@ def document_of(table: object) -> dict[str, Any]:
             continue
         if isinstance(part, Key):
             document[part.field.name] = value
+            continue
+        if not isinstance(value, part.kind):
             continue
         inner = document_of(value)
         inner = {name: each for name, each in inner.items() if name not in part.omit}

@@ -9,11 +9,14 @@ read is in :mod:`scenarios.settings.tables`, how they are laid over one another 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass, is_dataclass, replace
 from pathlib import Path, PurePath
+from typing import TYPE_CHECKING
 
+from geometry2d.foundation.progress import ProgressOption
 from geometry2d.foundation.settings import setting
 from geometry2d.foundation.toml import shown
+from mocap.motion.motion import Motion
 from scenarios.settings.effect import ineffective_keys
 from scenarios.settings.files import (
     LIBRARY,
@@ -40,6 +43,9 @@ from scenarios.settings.person import Head, Muscle, Skin
 from scenarios.settings.tables import SettingError, check, keys_of, table_from
 from scenarios.settings.writing import toml_lines
 
+if TYPE_CHECKING:
+    from scenarios.results.solution import Solution
+
 __all__ = [
     "LIBRARY",
     "Contact",
@@ -61,12 +67,12 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scenario:
     """Everything a replay depends on, checked.
 
     File names are absolute. At least one of ``recording`` and ``motion`` is given; the motion wins,
-    and the recording then only supplies pictures.
+    and the recording then only supplies pictures. A motion may be a value instead of a file.
     """
 
     name: str = setting(example="A38-F", description="what it is called")
@@ -74,7 +80,7 @@ class Scenario:
     recording: Recording | None = setting(
         default=None, description="the video of the sip and its markers"
     )
-    motion: MotionFile | None = setting(
+    motion: MotionFile | Motion | None = setting(
         default=None, description="a motion to replay in place of the recording's"
     )
     head: Head = setting(default=Head(), description="the head section")
@@ -118,6 +124,17 @@ class Scenario:
                 "first_contact.lower_time_s and upper_time_s, and the places where you saw them"
             )
 
+    def __repr__(self) -> str:
+        moved = self.motion
+        if moved is None:
+            source = "" if self.recording is None else Path(self.recording.video).name
+        else:
+            source = repr(moved) if isinstance(moved, Motion) else Path(moved.file).name
+        outline = self.package.outline
+        neck = self.package.neck if outline is None else Path(outline).name
+        settings = f"neck {neck}, {self.skin.configuration}, {self.numerics.resolution}"
+        return f"<Scenario {self.name}: {source}, {settings}>"
+
     def with_(self, **changes: object) -> Scenario:
         """Return this scenario with some settings changed, checked like a file.
 
@@ -126,8 +143,8 @@ class Scenario:
         changes
             By table: a mapping of keys to values, a whole table (which replaces this one), or None
             for its defaults (or none, where it may be absent). By key joined with its tables by
-            dots: a value. ``motion`` may be the path of a file. Relative paths start from the
-            current directory.
+            dots: a value. ``motion`` may be the path of a file, or a motion. Relative paths start
+            from the current directory.
 
         Examples
         --------
@@ -135,8 +152,13 @@ class Scenario:
         >>> slippery.contact.friction
         0.5
         """
-        if isinstance(changes.get("motion"), str | PurePath):
-            changes["motion"] = {"file": changes["motion"]}
+        motion = changes.get("motion", self.motion)
+        if isinstance(motion, Motion):
+            if "motion" in changes:
+                changes["motion"] = IN_MEMORY
+            return replace(replace(self, motion=IN_MEMORY).with_(**changes), motion=motion)
+        if isinstance(motion, str | PurePath):
+            changes["motion"] = {"file": motion}
         resets = {name: None for name, value in changes.items() if is_dataclass(value)}
         plain = [
             (path, document_of(value) if is_dataclass(value) else value)
@@ -147,15 +169,53 @@ class Scenario:
             [Layer(document_of(self), here), Layer(resets, here), Layer(document_from(plain), here)]
         )
 
-    def with_motion(self, file: Path) -> Scenario:
-        """Return this scenario driven by the given ``motion.csv`` of its own recording."""
-        return self.with_(motion=file.resolve(), filmed=self.filmed)
+    def solve(
+        self,
+        *,
+        out: Path | str | None = None,
+        resume: bool = False,
+        overwrite: bool = False,
+        progress: ProgressOption = None,
+    ) -> Solution:
+        """Replay the scenario and return its solution; see :func:`scenarios.sip.run.solve`.
+
+        Nothing is written unless ``out`` names a run directory.
+        """
+        from scenarios.sip.run import solve
+
+        return solve(self, out=out, resume=resume, overwrite=overwrite, progress=progress)
+
+    def known_motion(self) -> Motion:
+        """Return the motion, read from its file if it is not in memory, to the file's decimals.
+
+        Raises
+        ------
+        ScenarioError
+            If there is none: the recording is to be converted first.
+        MotionError
+            If there is no such file, or it is broken.
+        """
+        if self.motion is None:
+            raise ScenarioError(
+                f"scenario {self.name!r} has no motion yet: convert its recording first"
+            )
+        if isinstance(self.motion, Motion):
+            return self.motion.rounded()
+        return Motion.read(self.motion.file)
+
+    def with_motion(self, motion: Motion | Path) -> Scenario:
+        """Return this scenario driven by a motion, or a ``motion.csv``, of its own recording."""
+        own = motion if isinstance(motion, Motion) else motion.resolve()
+        return self.with_(motion=own, filmed=self.filmed)
 
     @property
     def filmed_package(self) -> Package:
         """The package that the motion is of."""
         return self.package if self.filmed is None else self.filmed
 
+
+IN_MEMORY = MotionFile("motion.csv")
+"""What stands for a motion in memory while settings are laid over one another."""
 
 SHAPE = Shape.of(Scenario)
 

@@ -138,7 +138,11 @@ class Key:
 
 @dataclass(frozen=True)
 class SubTable:
-    """A table inside a table: the field that holds it, its dataclass, whether it may be absent."""
+    """A table inside a table: the field that holds it, its dataclass, whether it may be absent.
+
+    In place of the dataclass, the first that the field's type names, a program may put a value of
+    another kind that the type names. That is no setting, and no file holds it.
+    """
 
     field: dataclasses.Field[Any]
     kind: type[Any]
@@ -268,7 +272,7 @@ def check(table: object, *, where: str = "", omit: tuple[str, ...] = ()) -> None
     for part in parts_of(type(table), where=where, omit=omit):
         value = getattr(table, part.field.name)
         if isinstance(part, SubTable):
-            if value is not None:
+            if isinstance(value, part.kind):
                 inside = where if part.inline else joined(where, part.field.name)
                 check(value, where=inside, omit=part.omit)
         elif value is not None or not part.has_default:

@@ -105,6 +105,9 @@ def _table_lines(
     if value is None:
         yield f"# [{name}]{' ' * (COMMENT_COLUMN - len(name) - 4)} # absent: {description}"
         return
+    if not isinstance(value, part.kind):
+        yield f"# [{name}]{' ' * (COMMENT_COLUMN - len(name) - 4)} # in memory: {value!r}"
+        return
     heading = f"[{name}]"
     yield f"{heading:<{COMMENT_COLUMN}} # {description}" if description else heading
     yield from toml_lines(value, name=name, omit=part.omit, usual=usual)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion, rotated
-from mocap.motion.motion import MarkedBody, Motion
-from scenarios.settings.scenario import Scenario, ScenarioError
+from mocap.motion.motion import MarkedBody
+from scenarios.settings.scenario import MotionFile, Scenario, ScenarioError
 
 Array = NDArray[np.float64]
 
@@ -48,14 +48,8 @@ def recorded_motion(scenario: Scenario, neck: NeckSection, head: HeadSection) ->
     ScenarioError, MotionError
         If there is no motion file, or it is broken, or lacks the bodies' directions.
     """
-    if scenario.motion is None:
-        raise ScenarioError(
-            f"scenario {scenario.name!r} has no motion yet: convert its recording first"
-        )
-    motion = Motion.read(scenario.motion.file)
-    head_axis, package_axis = (
-        _axis(body, scenario.motion.file) for body in (motion.head_body, motion.package_body)
-    )
+    motion = scenario.known_motion()
+    head_axis, package_axis = (_axis(b, scenario) for b in (motion.head_body, motion.package_body))
     marks = np.asarray(neck.upper_mark) - np.asarray(neck.lower_mark)
     nose = head.landmarks["nose"] - head.landmarks["ear"]
     head_angle = head_axis - _angle(nose)
@@ -70,10 +64,13 @@ def recorded_motion(scenario: Scenario, neck: NeckSection, head: HeadSection) ->
     return RecordedMotion(placed, head_angle)
 
 
-def _axis(body: MarkedBody, file: str) -> float:
+def _axis(body: MarkedBody, scenario: Scenario) -> float:
+    """Return the direction of a body's axis in the first frame, rad."""
     if body.axis_rad is None:
+        motion = scenario.motion
+        named = motion.file if isinstance(motion, MotionFile) else f"{motion!r}"
         raise ScenarioError(
-            f"{file} does not say how {body.name} was turned in the first frame: make it with "
+            f"{named} does not say how {body.name} was turned in the first frame: make it with "
             f"drinksim convert, with two markers on {body.name}"
         )
     return body.axis_rad

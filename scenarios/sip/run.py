@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.progress import Progress, ProgressOption, chosen_progress
-from mocap.convert import convert
+from mocap.convert import ConvertResult, convert
+from mocap.motion.motion import Motion
 from scenarios.results.collector import SolutionCollector
 from scenarios.results.increment import SolutionError
 from scenarios.results.integrity import checksum, differing_input, fingerprint
@@ -57,7 +60,19 @@ def convert_recording(
 
     ``tracks`` and ``fps`` are those of :func:`mocap.convert.convert`.
     """
-    result = convert(
+    result = _converted(recording, out=out, tracks=tracks, fps=fps, progress=progress)
+    return Conversion(out / "motion.csv", result.warnings)
+
+
+def _converted(
+    recording: Recording,
+    *,
+    out: Path | None = None,
+    tracks: Path | None = None,
+    fps: float | None = None,
+    progress: Progress,
+) -> ConvertResult:
+    return convert(
         recording.video,
         recording.markers,
         out=out,
@@ -67,7 +82,6 @@ def convert_recording(
         fps=fps,
         progress=progress,
     )
-    return Conversion(out / "motion.csv", result.warnings)
 
 
 def solve(
@@ -114,25 +128,39 @@ def solve(
     with chosen_progress(progress, f"replay {scenario.name}") as show:
         if out is None:
             return _solved_in_memory(scenario, show)
-        return _solved_into(scenario, Path(out), resume=resume, overwrite=overwrite, progress=show)
+        with _motion_in_a_file(scenario) as on_disk:
+            return _solved_into(
+                on_disk, Path(out), resume=resume, overwrite=overwrite, progress=show
+            )
 
 
 def _solved_in_memory(scenario: Scenario, progress: Progress) -> Solution:
+    known = with_known_motion(scenario, progress)
     collector = SolutionCollector()
-    with TemporaryDirectory() as folder:
-        known = with_known_motion(scenario, Path(folder), progress)
-        outcome = replay(
-            known,
-            on_model=collector.model,
-            on_increment=collector.commit,
-            reference=_reference_run(known, None, progress),
-            progress=progress,
-        )
+    outcome = replay(
+        known,
+        on_model=collector.model,
+        on_increment=collector.commit,
+        reference=_reference_run(known, None, progress),
+        progress=progress,
+    )
     if collector.count == 0:
         raise NothingComputedError(f"nothing was computed: {outcome.message}")
     return collector.finish(
-        scenario, finished=outcome.finished, message=outcome.message, about=outcome.about
+        known, finished=outcome.finished, message=outcome.message, about=outcome.about
     )
+
+
+@contextmanager
+def _motion_in_a_file(scenario: Scenario) -> Iterator[Scenario]:
+    """Yield the scenario with its motion in a file, for as long as the block takes."""
+    if not isinstance(scenario.motion, Motion):
+        yield scenario
+        return
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "motion.csv"
+        scenario.motion.write(file)
+        yield scenario.with_motion(file)
 
 
 def _solved_into(
@@ -208,7 +236,7 @@ def _inputs(scenario: Scenario) -> dict[str, str]:
         If one of them is missing.
     """
     files = {"package.outline": scenario.package.outline, "head.outline": scenario.head.outline}
-    if scenario.motion is not None:
+    if isinstance(scenario.motion, MotionFile):
         files["motion.file"] = scenario.motion.file
     elif scenario.recording is not None:
         files["recording.video"] = scenario.recording.video
@@ -229,12 +257,13 @@ def _provided_motion(scenario: Scenario, writer: SolutionWriter, progress: Progr
     folder = writer.folder / MOTION_FOLDER
     kept = folder / "motion.csv"
     if scenario.motion is None:
-        assert scenario.recording is not None  # a scenario has a motion or a recording
         if not kept.is_file():
-            conversion = convert_recording(scenario.recording, folder, progress=progress)
+            recording = _recording_of(scenario)
+            conversion = convert_recording(recording, folder, progress=progress)
             for warning in conversion.warnings:
                 writer.log(f"recording: {warning}")
         return kept
+    assert isinstance(scenario.motion, MotionFile)  # a motion in memory is in a file by now
     motion = Path(scenario.motion.file)
     if not motion.is_file():
         raise ScenarioError(f"no motion file {motion}: make one with drinksim convert")
@@ -245,11 +274,14 @@ def _provided_motion(scenario: Scenario, writer: SolutionWriter, progress: Progr
     return kept
 
 
-def with_known_motion(scenario: Scenario, folder: Path, progress: Progress) -> Scenario:
-    """Return the scenario with a motion; its recording is converted into ``folder`` if need be."""
+def with_known_motion(scenario: Scenario, progress: Progress) -> Scenario:
+    """Return the scenario with a motion: its own, or its recording's, converted in memory."""
     if scenario.motion is not None:
         return scenario
+    conversion = _converted(_recording_of(scenario), progress=progress)
+    return scenario.with_motion(conversion.motion)
+
+
+def _recording_of(scenario: Scenario) -> Recording:
     assert scenario.recording is not None  # a scenario has a motion or a recording
-    return scenario.with_motion(
-        convert_recording(scenario.recording, folder / MOTION_FOLDER, progress=progress).motion
-    )
+    return scenario.recording

@@ -32,7 +32,7 @@ SHEET_FRAMES = 6
 
 
 def animate(
-    run: Path,
+    run: Solution | Path,
     out: Path,
     *,
     beside_video: bool = False,
@@ -44,7 +44,7 @@ def animate(
     Parameters
     ----------
     run
-        a run directory.
+        a solution or its run directory.
     out
         a file that ends in ``.mp4`` (H.264), ``.gif`` or ``.png``.
     beside_video
@@ -54,8 +54,8 @@ def animate(
 
     Raises
     ------
-    ValueError
-        One of the packages' own kinds, if the run lacks what is to be shown or the ending is
+    DrinksimError
+        If the run lacks what is to be shown or the ending is
         not one of the three.
     """
     writers: dict[str, Callable[[RunView, Path, Progress], None]] = {

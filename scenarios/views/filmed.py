@@ -74,12 +74,12 @@ class Crop:
         )
 
 
-def picture_scale(motion: Motion, tracks_file: Path) -> PictureScale | None:
+def picture_scale(motion: Motion, tracks_file: Path | None) -> PictureScale | None:
     """Return where the world is in the picture: as the motion says, or else fitted to the tracks.
 
     None if neither the motion nor tracks say it.
     """
-    if motion.picture is not None or not tracks_file.is_file():
+    if motion.picture is not None or tracks_file is None or not tracks_file.is_file():
         return motion.picture
     tracks = read_tracks(tracks_file)
     marker = (*motion.package_body.markers, "package_lower")[0]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -61,9 +60,7 @@ def write_preview(scenario: Scenario, out: Path, *, progress: Progress) -> tuple
     of_neck = neck_findings_of(scenario)
     if any(finding.severity is Severity.ERROR for finding in of_neck):
         return of_neck
-    with TemporaryDirectory() as folder:
-        known = with_known_motion(scenario, Path(folder), progress)
-        placed, carried, found = placed_neck(known)
+    placed, carried, found = placed_neck(with_known_motion(scenario, progress))
     progress(1.0, "drawing")
     neck = scenario.package.section()
     notes = [placement_message(placed.about()), carried_message(carried.about())]

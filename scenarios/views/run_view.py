@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidMotion
-from mocap.motion.motion import Motion
 from mocap.motion.picture import PictureScale
 from mocap.tracking.marker_file import read_markers
-from scenarios.results.solution import Solution
+from scenarios.results.solution import Solution, loaded
 from scenarios.settings.names import nearest
-from scenarios.settings.scenario import Recording, load_scenario
+from scenarios.settings.scenario import Recording
 from scenarios.views.filmed import Crop, Image, picture_scale, pictures_at
 from scenarios.views.scene import SHOWN, Shown, colour_limits, touched_points
 
@@ -58,18 +57,22 @@ class RunView:
     scale: PictureScale | None
 
     @classmethod
-    def of(cls, run: Path, *, field: str, beside_video: bool) -> RunView:
-        """Return the view of a run directory; :class:`RunViewError` if a part of it is missing."""
+    def of(cls, run: Solution | Path, *, field: str, beside_video: bool) -> RunView:
+        """Return the view of a solution or of a run directory.
+
+        Raises
+        ------
+        DrinksimError
+            If what is to be shown is missing.
+        """
         if field not in SHOWN:
             raise RunViewError(f"no field {field!r} to show: {nearest(field, SHOWN)}")
-        solution = Solution.load(run)
-        scenario = load_scenario(str(run / "scenario.toml"))
+        solution = loaded(run)
+        scenario, motion = solution.scenario, solution.motion
         if beside_video and scenario.recording is None:
-            raise RunViewError(
-                f"scenario {scenario.name!r} of {run} has no recording: leave out --beside-video"
-            )
+            raise RunViewError(f"{solution!r} has no recording: leave out --beside-video")
         recording = scenario.recording if beside_video else None
-        motion = Motion.read(run / "motion" / "motion.csv")
+        tracks = None if solution.folder is None else solution.folder / "motion" / "tracks.csv"
         shown = SHOWN[field]
         return cls(
             name=scenario.name,
@@ -79,7 +82,7 @@ class RunView:
             limits=colour_limits(solution, shown),
             recording=recording,
             rendered=recording is not None and read_markers(recording.markers).rendered,
-            scale=picture_scale(motion, run / "motion" / "tracks.csv") if recording else None,
+            scale=picture_scale(motion, tracks) if recording else None,
         )
 
     @property

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,12 @@ import numpy as np
 from geometry2d.rigid import RigidPlacement
 from mocap.synthetic.recording_file import write_recording
 from scenarios.results.increment import ContactField, Increment, SectionModel
+from scenarios.results.integrity import FILES, ITSELF, sealed
 from scenarios.results.quantities import HISTORY, LIPS
+from scenarios.results.solution import Solution
+from scenarios.results.summary import SUMMARY_FILE
+from scenarios.settings.scenario import Scenario
+from scenarios.sip.replay import Outcome
 
 UPPER_MOUTH = np.array([104.0, -26.0])
 LOWER_MOUTH = np.array([102.0, -38.0])
@@ -197,6 +204,15 @@ rendered = true
 """
 
 
+def resealed(run: Path) -> Path:
+    """Return a run directory whose files were changed, as if it had been finished with them."""
+    file = run / SUMMARY_FILE
+    summary = json.loads(file.read_text(encoding="utf-8"))
+    content = {name: value for name, value in summary.items() if name not in (FILES, ITSELF)}
+    file.write_text(json.dumps(sealed(content, run)), encoding="utf-8")
+    return run
+
+
 def write_small_recording(folder: Path) -> None:
     """Write a recording whose pictures count: their red channel is four times the frame number."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -207,3 +223,30 @@ def write_small_recording(folder: Path) -> None:
         picture[130:140, 200:260] = 20
     write_recording(folder / "recording.mp4", pictures, times, crf=10.0)
     (folder / "markers.toml").write_text(MARKERS)
+
+
+class MadeUpReplay:
+    """Stands in for the solver: replays the made-up sip, up to a given increment."""
+
+    def __init__(self, until: int = COUNT, *, interrupted: bool = False) -> None:
+        self.until, self.interrupted = until, interrupted
+
+    def __call__(
+        self,
+        scenario: Scenario,
+        *,
+        on_model: Callable[[SectionModel], None],
+        on_increment: Callable[[Increment], None],
+        resume_from: Increment | None = None,
+        reference: Solution | None = None,
+        progress: object,
+    ) -> Outcome:
+        model = small_model()
+        if resume_from is None:
+            on_model(model)
+        first = 0 if resume_from is None else round(10 * resume_from.relative_time) + 1
+        for index in range(first, self.until):
+            on_increment(small_increment(model, index, COUNT))
+        if self.interrupted:
+            raise KeyboardInterrupt
+        return Outcome(self.until == COUNT, (f"{self.until} of {COUNT}",), {"elements": 7})

@@ -22,12 +22,13 @@ from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import check_writable, file_at_once
 from geometry2d.foundation.progress import Progress
 from geometry2d.neck import NeckSection
-from scenarios.results.messages import felt_message, verdict_message
+from scenarios.results.messages import felt_message, passive_message, verdict_message
 from scenarios.results.quantities import LIPS
-from scenarios.results.solution import Solution
+from scenarios.results.solution import Solution, loaded
+from scenarios.results.texts import history_bytes, motion_bytes, scenario_bytes
 from scenarios.results.verdict import FAILURE, PAIN, Threshold, Verdict
 from scenarios.settings.layers import values_by_path
-from scenarios.settings.scenario import Scenario, load_scenario
+from scenarios.settings.scenario import Scenario
 from scenarios.views.page.figures import (
     Curve,
     Embedded,
@@ -57,13 +58,10 @@ class ReportError(DrinksimError):
 
 @dataclass(frozen=True)
 class Reported:
-    """One run of a report: what it is called there, and all that is read from its directory."""
+    """One run of a report: what it is called there, and what is shown of it."""
 
     label: str
     anchor: str
-    folder: Path
-    scenario: Scenario
-    scenario_toml: str
     run_view: RunView
     neck: NeckSection
     verdict: Verdict
@@ -72,6 +70,11 @@ class Reported:
     def solution(self) -> Solution:
         """The run's solution."""
         return self.run_view.solution
+
+    @property
+    def scenario(self) -> Scenario:
+        """What was replayed."""
+        return self.solution.scenario
 
     @property
     def relative_time(self) -> Array:
@@ -107,22 +110,24 @@ class Reported:
 
 
 def write_report(
-    runs: Sequence[Path], out: Path, *, progress: Progress = lambda share, text: None
+    runs: Sequence[Solution | Path],
+    out: Path,
+    *,
+    progress: Progress = lambda share, text: None,
 ) -> None:
-    """Write one self-contained page about one run directory, or comparing several.
+    """Write one self-contained page about one solution, or comparing several.
 
     Parameters
     ----------
     runs
-        run directories, each once.
+        solutions or their run directories, each once.
     out
         the page, ending in ``.html``.
 
     Raises
     ------
-    ValueError
-        One of the packages' own kinds, if a run lacks what is to be shown, if one is given twice
-        or if the ending is another.
+    DrinksimError
+        If a run lacks what is to be shown, if one is given twice or if the ending is another.
     """
     if out.suffix.lower() not in (".html", ".htm"):
         raise ReportError(f"--out {out} must end in .html")
@@ -138,54 +143,54 @@ def write_report(
             progress((done + share) / len(reported), f"{label}, {text}")
 
         sections.append(_one_run(run, highest, say))
-    sections += [_trust(), _repeat(reported)]
+    sections += [_trust(reported), _repeat(reported)]
     text = page(_title(reported), STYLE, joined(_header(reported), tag("main", *sections)))
     with file_at_once(out) as partial:
         partial.write_text(text, encoding="utf-8")
 
 
-def _read(runs: Sequence[Path]) -> list[Reported]:
+def _read(runs: Sequence[Solution | Path]) -> list[Reported]:
+    """Return what is reported of each run, coloured alike: only that can be compared."""
     if not runs:
         raise ReportError("no run directory given: name one or several")
-    twice = [
-        folder for folder, count in Counter(run.resolve() for run in runs).items() if count > 1
-    ]
-    if twice:
-        raise ReportError(f"{twice[0]} is given more than once: name every run once")
-    stories = [_run_view_of(run) for run in runs]
-    shown = (
-        max(run_view.limits[0] for run_view in stories),
-        max(run_view.limits[1] for run_view in stories),
-    )
-    # Only colours that mean the same can be compared.
-    stories = [replace(run_view, limits=shown) for run_view in stories]
-    names = Counter(run_view.name for run_view in stories)
-    result = []
-    for number, (folder, run_view) in enumerate(zip(runs, stories, strict=True), start=1):
-        scenario = load_scenario(str(folder / "scenario.toml"))
-        result.append(
-            Reported(
-                label=run_view.name if names[run_view.name] == 1 else f"{run_view.name} ({folder})",
-                anchor=f"run-{number}",
-                folder=folder,
-                scenario=scenario,
-                scenario_toml=(folder / "scenario.toml").read_text(encoding="utf-8"),
-                run_view=run_view,
-                neck=scenario.package.section(),
-                verdict=Verdict.of(run_view.solution.summary),
-            )
+    solutions = [loaded(run) for run in runs]
+    _refuse_doubles(solutions)
+    views = [_view_of(solution) for solution in solutions]
+    limits = max(view.limits[0] for view in views), max(view.limits[1] for view in views)
+    names = Counter(solution.scenario.name for solution in solutions)
+    return [
+        Reported(
+            label=_label(solution, number, alone=names[solution.scenario.name] == 1),
+            anchor=f"run-{number}",
+            run_view=replace(view, limits=limits),
+            neck=solution.scenario.package.section(),
+            verdict=Verdict.of(solution.summary),
         )
-    return result
+        for number, (solution, view) in enumerate(zip(solutions, views, strict=True), start=1)
+    ]
 
 
-def _run_view_of(run: Path) -> RunView:
-    """Return a run's run_view, with the recording wherever its file is still there."""
-    Solution.load(run)  # complains about a wrong directory before its scenario is looked for
-    recording = load_scenario(str(run / "scenario.toml")).recording
+def _refuse_doubles(solutions: Sequence[Solution]) -> None:
+    """Refuse a run directory or a solution that is given twice."""
+    which = [id(s) if s.folder is None else s.folder.resolve() for s in solutions]
+    for solution, same in zip(solutions, which, strict=True):
+        if which.count(same) > 1:
+            named = solution.folder or f"{solution!r}"
+            raise ReportError(f"{named} is given more than once: name every run once")
+
+
+def _label(solution: Solution, number: int, *, alone: bool) -> str:
+    name = solution.scenario.name
+    return name if alone else f"{name} ({solution.folder or number})"
+
+
+def _view_of(solution: Solution) -> RunView:
+    """Return the view of a solution, with the recording wherever its file is still there."""
+    recording = solution.scenario.recording
     there = recording is not None and all(
         Path(file).is_file() for file in (recording.video, recording.markers)
     )
-    return RunView.of(run, field="von_mises_mpa", beside_video=there)
+    return RunView.of(solution, field="von_mises_mpa", beside_video=there)
 
 
 def _title(runs: Sequence[Reported]) -> str:
@@ -621,9 +626,9 @@ def _imprint(run: Reported, highest_kpa: float) -> Markup:
     )  # fmt: skip
 
 
-def _trust() -> Markup:
+def _trust(runs: Sequence[Reported]) -> Markup:
     limits = (
-        "The lips are passive: no muscle acts and nothing is pre-stressed.",
+        passive_message([run.scenario.muscle is not None for run in runs]),
         "The section is plane: what happens beside it is not seen, and forces are per mm of width.",
         "Skin parameters come from one aspiration experiment.",
         "Pressure at a point depends on the size of elements and on sharp corners of the neck; "
@@ -650,16 +655,17 @@ def _repeat(runs: Sequence[Reported]) -> Markup:
 
 def _repeat_one(run: Reported) -> Markup:
     version = run.solution.summary.get("version", "")
+    scenario_toml = scenario_bytes(run.solution)
+    held = (
+        ("scenario.toml", scenario_toml, "application/toml"),
+        ("motion.csv", motion_bytes(run.solution), "text/csv"),
+        ("history.csv", history_bytes(run.solution), "text/csv"),
+    )
     links = [
-        tag("a", name, href=_data_address(file.read_bytes(), kind), download=name)
-        for name, file, kind in (
-            ("scenario.toml", run.folder / "scenario.toml", "application/toml"),
-            ("motion.csv", Path(run.scenario.motion.file) if run.scenario.motion else None,
-             "text/csv"),
-            ("history.csv", run.folder / "history.csv", "text/csv"),
-        )
-        if file is not None and file.is_file()
-    ]  # fmt: skip
+        tag("a", name, href=_data_address(data, kind), download=name)
+        for name, data, kind in held
+        if data is not None
+    ]
     separated = [part for link in links for part in (link, " · ")][:-1]
     command = "drinksim replay scenario.toml --motion motion.csv --out again"
     return joined(
@@ -669,7 +675,7 @@ def _repeat_one(run: Reported) -> Markup:
         tag(
             "details",
             tag("summary", "The whole scenario: every setting, its unit and its source"),
-            tag("pre", tag("code", run.scenario_toml), tabindex="0"),
+            tag("pre", tag("code", scenario_toml.decode("utf-8")), tabindex="0"),
         ),
     )
 

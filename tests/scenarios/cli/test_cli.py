@@ -21,16 +21,12 @@ from mocap.synthetic.recording_file import write_recording
 from mocap.video.frames import Video
 from scenarios.cli.commands import main
 from scenarios.recordings.rendering import LIBRARY
-from scenarios.results.increment import Increment, SectionModel
 from scenarios.results.solution import Solution
-from scenarios.settings.scenario import Scenario
 from scenarios.sip import run
-from scenarios.sip.replay import Outcome
 from tests.support.made_up_sip import (
     COUNT,
     MARKERS,
-    small_increment,
-    small_model,
+    MadeUpReplay,
     write_motion,
     write_small_recording,
 )
@@ -260,32 +256,6 @@ def test_output_may_be_cut_off() -> None:
     )
     assert piped.returncode == 0
     assert piped.stderr == ""
-
-
-class MadeUpReplay:
-    """Stands in for the solver: replays the made-up sip, up to a given increment."""
-
-    def __init__(self, until: int = COUNT, *, interrupted: bool = False) -> None:
-        self.until, self.interrupted = until, interrupted
-
-    def __call__(
-        self,
-        scenario: Scenario,
-        *,
-        on_model: Callable[[SectionModel], None],
-        on_increment: Callable[[Increment], None],
-        resume_from: Increment | None = None,
-        progress: object,
-    ) -> Outcome:
-        model = small_model()
-        if resume_from is None:
-            on_model(model)
-        first = 0 if resume_from is None else round(10 * resume_from.relative_time) + 1
-        for index in range(first, self.until):
-            on_increment(small_increment(model, index, COUNT))
-        if self.interrupted:
-            raise KeyboardInterrupt
-        return Outcome(self.until == COUNT, (f"{self.until} of {COUNT}",), {"elements": 7})
 
 
 @pytest.fixture

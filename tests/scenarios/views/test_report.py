@@ -28,6 +28,7 @@ from scenarios.views.page.figures import Curve, curves, line_style
 from scenarios.views.page.hypertext import Markup, joined, tag
 from scenarios.views.page.report import write_report
 from scenarios.views.plots import plot_histories
+from tests.support.made_up_sip import resealed
 
 HOSTILE = '<script>alert("x")</script> & $\\frac{$ "quoted"'
 VOID = {"img", "meta", "br", "hr", "col", "link", "input"}
@@ -92,7 +93,7 @@ def renamed(run: Path, to: Path, name: str, **summary: object) -> Path:
     toml.write_text(text.replace('name = "made up"', described))
     known = json.loads((to / "summary.json").read_text())
     (to / "summary.json").write_text(json.dumps({**known, "scenario": name, **summary}))
-    return to
+    return resealed(to)
 
 
 @pytest.fixture(scope="module")
@@ -115,6 +116,7 @@ def hostile_pair(run_directory: Path, tmp_path_factory: pytest.TempPathFactory) 
     )
     with (other / "scenario.toml").open("a") as toml:
         toml.write("[contact]\nfriction = 0.25\n")
+    resealed(other)
     out = place / "pair.html"
     assert main(["report", str(run_directory), str(other), "--out", str(out)]) == 0
     return Page(out.read_text(encoding="utf-8"))
@@ -187,7 +189,7 @@ def test_runs_of_one_scenario_are_told_apart_and_forces_are_per_width(
     shutil.copytree(run_directory, thick)
     with (thick / "scenario.toml").open("a") as toml:
         toml.write("[numerics]\nthickness_mm = 4.0\n")
-    write_report([run_directory, thick], tmp_path / "r.html")
+    write_report([run_directory, resealed(thick)], tmp_path / "r.html")
     page = Page((tmp_path / "r.html").read_text())
     assert f"made up ({thick})" in page.text
     first, second = (float(x) for x in page.row("largest force on the hand, per mm of width"))
@@ -231,7 +233,7 @@ def test_a_lost_recording_is_said(run_directory: Path, tmp_path: Path) -> None:
     shutil.copytree(run_directory, lost)
     toml = lost / "scenario.toml"
     toml.write_text(re.sub(r'video = ".*?"', 'video = "gone.mp4"', toml.read_text()))
-    write_report([lost], tmp_path / "r.html")
+    write_report([resealed(lost)], tmp_path / "r.html")
     page = Page((tmp_path / "r.html").read_text())
     assert "lost its recording's file" in page.text
     assert len(page.named("img")) == 9 + 6 + 2

@@ -1,0 +1,98 @@
+"""Functions of the front door: values out, and nothing on disk unless it is asked for."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from geometry2d.foundation.progress import ProgressOption, chosen_progress
+
+if TYPE_CHECKING:
+    from mocap.motion.motion import Motion
+    from scenarios.results.solution import Solution
+
+
+class RecordingWarning(UserWarning):
+    """What a reader must know of a recording and of what was measured in it."""
+
+
+def convert(
+    video: Path | str,
+    *,
+    markers: Path | str,
+    out: Path | str | None = None,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    tracks: Path | str | None = None,
+    fps: float | None = None,
+    progress: ProgressOption = None,
+) -> Motion:
+    """Return the motion of head and package in a video, with its standard errors.
+
+    What a reader must know of the recording is warned of (:class:`RecordingWarning`).
+
+    Parameters
+    ----------
+    video, markers
+        The recording, and the file that says where its markers are.
+    out
+        A directory for tables, chart and overlay too; None writes nothing.
+    start_s, end_s, tracks, fps
+        As in :class:`mocap.convert.ConvertOptions`.
+    progress
+        True shows a line on the terminal or in the notebook; a function is called with the share
+        that is done and what is being done.
+
+    Raises
+    ------
+    DrinksimError
+        If an input cannot be used, or ``out`` cannot be written.
+    """
+    from mocap.convert import convert as converted
+
+    result = converted(
+        video,
+        markers,
+        out=out,
+        start_s=start_s,
+        end_s=end_s,
+        tracks=tracks,
+        fps=fps,
+        progress=progress,
+    )
+    for text in result.warnings:
+        warnings.warn(text, RecordingWarning, stacklevel=2)
+    return result.motion
+
+
+def report(
+    solutions: Sequence[Solution | Path | str],
+    out: Path | str,
+    *,
+    progress: ProgressOption = None,
+) -> Path:
+    """Write one self-contained page about one solution, or comparing several, and return its path.
+
+    Parameters
+    ----------
+    solutions
+        Each once; run directories are loaded.
+    out
+        The page, ending in ``.html``.
+    progress
+        As of :func:`convert`.
+
+    Raises
+    ------
+    DrinksimError
+        If a solution lacks what is to be shown, if one is given twice, or if ``out`` has another
+        ending or cannot be written.
+    """
+    from scenarios.results.solution import loaded
+    from scenarios.views.page.report import write_report
+
+    with chosen_progress(progress, "report") as show:
+        write_report([loaded(solution) for solution in solutions], Path(out), progress=show)
+    return Path(out)
