@@ -27,11 +27,6 @@ def test_every_dependency_has_a_lowest_version():
     assert len(lowest) >= len(PROJECT["dependencies"])
 
 
-def test_the_wheel_s_problem_is_solved_by_the_sources_too(capsys):
-    script("smoke").solve_a_bar()
-    assert "pulls with 0.001029" in capsys.readouterr().out
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="continuous integration runs on Linux")
 def test_pythons_are_found_oldest_first():
     supported = [

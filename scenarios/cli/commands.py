@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import importlib.metadata
 import os
 import shutil
 import sys
@@ -337,6 +338,8 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=_Help,
         description="A virtual consumer: how a package opening feels on the lips.",
     )
+    version = f"%(prog)s {importlib.metadata.version('drinksim')}"
+    parser.add_argument("--version", action="version", version=version)
     # The list of commands is written by hand: argparse gives long names a line of their own.
     commands = parser.add_subparsers(
         metavar="COMMAND", required=True, parser_class=_Parser, help=argparse.SUPPRESS

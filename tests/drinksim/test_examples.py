@@ -15,9 +15,10 @@ from matplotlib import pyplot
 import drinksim as ds
 from scenarios.sip import run
 from tests.support.made_up_sip import MadeUpReplay
+from tests.support.optional import needed_module
 
-pytest.importorskip("pandas")
-pytest.importorskip("xarray")
+needed_module("pandas")
+needed_module("xarray")
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import io
 import json
 import os
@@ -54,6 +55,13 @@ def complaint(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
     assert len(lines) == 1, captured.err
     assert lines[0].startswith("drinksim: ")
     return lines[0]
+
+
+def test_the_version_is_the_installed_one(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["--version"])
+    assert stop.value.code == 0
+    assert capsys.readouterr().out == f"drinksim {importlib.metadata.version('drinksim')}\n"
 
 
 def test_a_missing_video(capsys: pytest.CaptureFixture[str], tmp_path: Path, filmed: Path) -> None:
