@@ -31,6 +31,7 @@ exclude_patterns = ["_*"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 
+add_module_names = False
 autodoc_member_order = "bysource"
 autodoc_type_aliases = {name: name for name in ("Array", "ArrayLike", "Indices", "Integers")}
 napoleon_attr_annotations = False

@@ -19,7 +19,7 @@ from geometry2d.rigid import rotated
 
 Array = NDArray[np.float64]
 
-ARNETT = "Arnett 1999, men (as remembered; the table itself was not seen)"
+ARNETT = "Arnett et al. 1999, men; not checked against the printed table"
 CELEBI = "Celebi 2013, men"
 ESTIMATE = "estimate for an adult man"
 
@@ -135,7 +135,11 @@ class HeadMeasurements:
         -7.1, "mm", ARNETT, "labiomental fold (B') ahead of subnasale", 1.6
     )
     sulcus_below_lip_mm: float = _measured(
-        20.7, "mm", "anthropometry table, 2019", "lower lip's margin to the labiomental fold", 1.1
+        20.7,
+        "mm",
+        "doi 10.1186/s40902-019-0191-7 (2019), Table 9",
+        "lower lip's margin to the labiomental fold",
+        1.1,
     )
     mentolabial_angle_deg: float = _measured(
         120.0,

@@ -60,7 +60,7 @@ class SuctionOptions:
     )  # fmt: skip
     cup_radius_mm: float = setting(
         default=16.5, unit="mm", minimum=0.2, maximum=200.0,
-        description="outer radius of the cup", source="LASTIC, about 33 mm across; from memory",
+        description="outer radius of the cup", source="LASTIC, 33 mm; not checked in print",
     )  # fmt: skip
     slab_radius_mm: float = setting(
         default=30.0, unit="mm", minimum=1.0, maximum=500.0,
