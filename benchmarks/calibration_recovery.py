@@ -17,14 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from fem2d.materials.library import configuration_cards
-from scenarios.studies.aspiration import write_table
-from scenarios.studies.calibration import (
-    CalibrationOptions,
-    SuctionCurve,
-    fitted,
-    layers_with,
-    parameters_of,
-)
+from scenarios.studies.curve_gradient import SuctionCurve
+from scenarios.studies.files import write_table
+from scenarios.studies.fit import CalibrationOptions, fitted, layers_with, parameters_of
 from scenarios.studies.plots import COLOURS, blank_figure, finish, labelled
 from scenarios.studies.suction import SuctionModel
 

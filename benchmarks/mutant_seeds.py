@@ -32,7 +32,7 @@ from mocap.tracking.tracks import Tracks
 from mocap.video.frames import Video
 from scenarios.recordings.rendering import LIBRARY, read_script
 from scenarios.settings.scenario import load_scenario, resolved_toml
-from scenarios.studies.calibration import Target
+from scenarios.studies.fit import Target
 
 NAMES = ("ear", "nose", "package_lower", "package_upper")
 FRAMES = 24

@@ -6,12 +6,13 @@ from pathlib import Path
 
 from fem2d.export.deck import abaqus_deck
 from geometry2d.foundation.output import file_at_once
+from geometry2d.foundation.progress import Progress
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import load_scenario
 from scenarios.sip.replay import prepared
 
 
-def export_abaqus(run: Path, out: Path) -> None:
+def export_abaqus(run: Path, out: Path, *, progress: Progress = lambda share, text: None) -> None:
     """Write the model of a run directory, meshed and driven as it was, into the file ``out``.
 
     Raises
@@ -25,7 +26,7 @@ def export_abaqus(run: Path, out: Path) -> None:
     """
     Solution.load(run)
     scenario = load_scenario(str(run / "scenario.toml"))
-    ready = prepared(scenario)
+    ready = prepared(scenario, progress=progress)
     deck = abaqus_deck(
         ready.lips.system,
         ready.motion,

@@ -1,4 +1,4 @@
-"""Tables of the person who drinks: the head section, its soft tissue, and what draws a lip."""
+"""Tables of the person who drinks: the head section, its soft tissue, and what pulls a lip."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class Skin:
 
 @dataclass(frozen=True)
 class Muscle:
-    """A pseudo-muscle: a load that draws one lip out of the neck's way, until it is relaxed.
+    """A pseudo-muscle: a load that pulls one lip out of the neck's way, until it is relaxed.
 
     It acts on a stretch of the lip's skin, given by its arc length from the lip's margin: positive
     towards the face, negative into the mouth.
@@ -93,7 +93,7 @@ class Muscle:
         unit="s", minimum=0.0, description="when it begins to let go"
     )
     relax_to_s: tuple[float, ...] = setting(unit="s", minimum=0.0, description="when it has let go")
-    lip: Literal["upper", "lower"] = setting(default="upper", description="the lip that is drawn")
+    lip: Literal["upper", "lower"] = setting(default="upper", description="the lip that is pulled")
     from_mm: float = setting(
         default=-4.0, unit="mm", description="where the loaded stretch begins, from the margin"
     )

@@ -100,7 +100,7 @@ class Scenario:
         default=FirstContact(), description="what was seen of the first contacts"
     )
     muscle: Muscle | None = setting(
-        default=None, description="a pseudo-muscle that draws a lip out of the neck's way"
+        default=None, description="a pseudo-muscle that pulls a lip out of the neck's way"
     )
     numerics: Numerics = setting(
         default=Numerics(), description="idealisation, mesh, laws and solver"

@@ -66,10 +66,20 @@ class Key:
         presets = self.field.metadata.get("presets")
         if presets is not None:
             return tuple(presets)
-        kinds = _alternatives(self.hint)
-        if any(typing.get_origin(kind) is not Literal for kind in kinds):
+        if any(typing.get_origin(kind) is not Literal for kind in _alternatives(self.hint)):
             return ()
-        return tuple(word for kind in kinds for word in typing.get_args(kind))
+        return self.words
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The words that its value may be, perhaps beside numbers."""
+        kinds = _alternatives(self.hint)
+        return tuple(
+            word
+            for kind in kinds
+            if typing.get_origin(kind) is Literal
+            for word in typing.get_args(kind)
+        )
 
     @property
     def has_default(self) -> bool:

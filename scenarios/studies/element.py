@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import csv
 import dataclasses
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Literal, cast
 
 import numpy as np
 
@@ -25,14 +24,15 @@ from fem2d.materials.material import Material, poisson_ratio
 from fem2d.materials.ogden import Ogden
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import directory_at_once
+from geometry2d.foundation.progress import Progress
 from geometry2d.foundation.settings import setting
 from scenarios.studies.element_types import element_type_rows
+from scenarios.studies.files import StudyResult, write_summary
 
 COLUMNS = ("stretch", "log_strain", "nominal_stress_mpa", "cauchy_stress_mpa")
 AXES = ("x", "y", "z")
 FIBRE_ANGLE_DEG = 41.0
 """Of both families to the Langer lines, as in ``ni-annaidh-2012/dermis``."""
-
 
 FILE_CHARACTERS = {
     " − ": "-minus-",
@@ -79,15 +79,7 @@ class ElementOptions:
     )
 
 
-@dataclass(frozen=True)
-class ElementResult:
-    """Where a study's files are, and what must be said about it."""
-
-    folder: Path
-    sentences: tuple[str, ...]
-
-
-def element_study(material: str, out: Path, options: ElementOptions | None = None) -> ElementResult:
+def element_study(material: str, out: Path, options: ElementOptions | None = None) -> StudyResult:
     """Load a cube of a material and write ``element.csv``, ``element.png`` and ``summary.json``.
 
     Parameters
@@ -107,11 +99,11 @@ def element_study(material: str, out: Path, options: ElementOptions | None = Non
     chosen = options if options is not None else ElementOptions()
     card = material_card(material)
     curve = cube_curve(card.material, chosen)
-    sentences = tuple(curve.warnings())
+    messages = tuple(curve.warnings())
     with directory_at_once(out) as folder:
         _write_csv(folder / "element.csv", curve)
         _plot(folder / "element.png", {card.name: curve}, f"{card.name}, {chosen.mode}")
-        _write_summary(
+        write_summary(
             folder,
             {
                 "material": card.name,
@@ -120,17 +112,21 @@ def element_study(material: str, out: Path, options: ElementOptions | None = Non
                 "reading": card.reading,
                 "poisson": _poisson(card.material),
                 "options": dataclasses.asdict(chosen),
-                "remarks": sentences,
+                "remarks": messages,
                 "unstable_log_strain_compression": _number(curve.unstable_log_strain[0]),
                 "unstable_log_strain_tension": _number(curve.unstable_log_strain[1]),
             },
         )
-    return ElementResult(out, sentences)
+    return StudyResult(out, messages)
 
 
 def cube_curve(material: Material, options: ElementOptions) -> Curve:
     """Return the response of a unit cube over the displacements of ``options``."""
     low, high = options.from_mm, options.to_mm
+    if options.mode == "compression" and 0.0 < high != ElementOptions().to_mm:
+        raise ElementStudyError(
+            f"to_mm = {high:g} mm has no effect in compression: give 0 mm or less"
+        )
     if options.mode == "compression":
         low, high = min(low, 0.0), min(high, 0.0)
     if not low < high:
@@ -146,7 +142,7 @@ def cube_curve(material: Material, options: ElementOptions) -> Curve:
     )
 
 
-def thesis_figures(out: Path) -> ElementResult:
+def thesis_figures(out: Path, *, progress: Progress = lambda share, text: None) -> StudyResult:
     """Redo the studies behind the thesis' Figures 3.7, 3.8 and 3.9, and that of element types.
 
     ``figure-3.7.png`` … with ``figure-3.7-<curve>.csv`` beside, and ``element-types.csv`` as
@@ -154,21 +150,22 @@ def thesis_figures(out: Path) -> ElementResult:
     :func:`element_study`.
     """
     options = ElementOptions(direction="z")
-    sentences: list[str] = []
+    messages: list[str] = []
+    progress(0.0, "cubes")
     with directory_at_once(out) as folder:
         for figure, (title, materials) in figure_materials().items():
             curves = {name: cube_curve(law, options) for name, law in materials.items()}
             for name, curve in curves.items():
                 _write_csv(folder / f"figure-{figure}-{_file_name(name)}.csv", curve)
-                sentences += [f"figure {figure}, {name}: {said}" for said in curve.warnings()]
+                messages += [f"figure {figure}, {name}: {warning}" for warning in curve.warnings()]
             _plot(folder / f"figure-{figure}.png", curves, title)
-        rows = [dataclasses.asdict(row) for row in element_type_rows()]
+        rows = [dataclasses.asdict(row) for row in element_type_rows(progress=progress)]
         with (folder / "element-types.csv").open("w", newline="", encoding="utf-8") as file:
             writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
             writer.writeheader()
             writer.writerows(rows)
-        _write_summary(folder, {"options": dataclasses.asdict(options), "remarks": sentences})
-    return ElementResult(out, tuple(sentences))
+        write_summary(folder, {"options": dataclasses.asdict(options), "remarks": messages})
+    return StudyResult(out, tuple(messages))
 
 
 def figure_materials() -> dict[str, tuple[str, dict[str, Material]]]:
@@ -246,11 +243,6 @@ def _write_csv(path: Path, curve: Curve) -> None:
         writer.writerow(COLUMNS)
         columns = (curve.stretch, curve.log_strain, curve.nominal_mpa, curve.cauchy_mpa)
         writer.writerows([[f"{x:.15g}" for x in row] for row in zip(*columns, strict=True)])
-
-
-def _write_summary(folder: Path, content: Mapping[str, Any]) -> None:
-    text = json.dumps(content, indent=2, ensure_ascii=False)
-    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
 
 
 def _plot(path: Path, curves: Mapping[str, Curve], title: str) -> None:

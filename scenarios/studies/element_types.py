@@ -20,6 +20,7 @@ from fem2d.materials.material import Array
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.solvers.model import Model
 from fem2d.solvers.static import kept_at, solve_static
+from geometry2d.foundation.progress import Progress
 
 THESIS_SOFT = NeoHookean(0.0056, 3.5608)
 """Of the thesis' element study: ν is 0.4901."""
@@ -65,12 +66,15 @@ class ElementTypeRow:
     cook_seconds: float
 
 
-def element_type_rows(cook_cells: int = 16) -> list[ElementTypeRow]:
+def element_type_rows(
+    cook_cells: int = 16, *, progress: Progress = lambda share, text: None
+) -> list[ElementTypeRow]:
     """Return one row a kind of element, in plane strain."""
     square = square_stresses("Q8")
     beam = beam_tip("Q8", (40, 4))
     rows = []
-    for name in KINDS:
+    for number, name in enumerate(KINDS):
+        progress(number / len(KINDS), f"element type {name}")
         kind = ELEMENTS[name]
         tip = beam_tip(name, (10, 1))
         start = time.perf_counter()

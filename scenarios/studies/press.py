@@ -11,12 +11,9 @@ its opening towards −x, and its lower wall comes down on the lip.
 
 from __future__ import annotations
 
-import dataclasses
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -25,32 +22,25 @@ from scipy.optimize import brentq
 
 from fem2d.body.body import Body
 from fem2d.contact.laws import FrictionLaw, NormalLaw
-from fem2d.contact.rigid import RigidContact, rigid_responses
+from fem2d.contact.rigid import RigidContact
 from fem2d.loads.load import Load
-from fem2d.materials.library import configuration_cards
 from fem2d.materials.material import Material
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.model import Model
 from fem2d.solvers.static import StaticResult, StaticSettings, kept_at, static_path, static_step
 from geometry2d.foundation.errors import DrinksimError
-from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress
 from geometry2d.foundation.settings import setting
 from geometry2d.mesh import polygon_mesh
 from geometry2d.neck import NECKS, NeckSection, neck_section
 from scenarios.settings.names import nearest
-from scenarios.studies.aspiration import write_summary, write_table
 
 Array = NDArray[np.float64]
 
 ASSUMED = "assumed: the thesis' size is lost with its figure"
-STEP_MM = 0.25
+
 DEEPEST = 0.8
 """Share of the lip's height beyond which the neck cannot be pressed."""
-FORCE_TOLERANCE = 1e-4
-FLOOR = 0.1
-"""The floor of a root: within this share of the thread's depth of the root's diameter."""
-
 
 SEARCH = StaticSettings(first_contact=False)
 """Slip counts from the start of a step of the neck."""
@@ -68,7 +58,7 @@ class PressOptions:
         default=0.3, unit="N", minimum=1e-6, maximum=1e4,
         description="force on the section", source="thesis section 3.1.3",
     )  # fmt: skip
-    neck: str = setting(default="A38", description="neck of the library: A38 or DC")
+    neck: str = setting(default="A38", presets=NECKS, description="neck of the library")
     lip_width_mm: float = setting(
         default=18.0, unit="mm", minimum=2.0, maximum=200.0,
         description="width of the block", source=ASSUMED,
@@ -102,6 +92,13 @@ class PressOptions:
         default=0.3, unit="mm", minimum=0.05, maximum=5.0,
         description="length of an element's edge at the neck",
     )  # fmt: skip
+    step_mm: float = setting(
+        default=0.25, unit="mm", above=0.0, maximum=5.0,
+        description="way of the neck between two equilibria",
+    )  # fmt: skip
+    force_tolerance: float = setting(
+        default=1e-4, above=0.0, maximum=0.1, description="relative error of the force"
+    )
 
     def __post_init__(self) -> None:
         if self.neck not in NECKS:
@@ -207,14 +204,13 @@ class Press:
         o, solver = self.options, fastest_solver()
         below = kept_at(self.system, load=self.load(0.0))
         while True:
-            depth = self.indentation_mm(below) + STEP_MM
+            depth = self.indentation_mm(below) + o.step_mm
             if depth > DEEPEST * o.lip_height_mm:
                 raise PressError(
                     f"the lip carries {force_n(below):.4g} N when the neck is "
                     f"{self.indentation_mm(below):.2f} mm deep in its {o.lip_height_mm:g} mm, not "
                     f"{o.force:g} N: use a smaller force or a larger lip"
                 )
-            passed = None
             for result in static_path(
                 self.system, self.load(depth), start=below, solver=solver, settings=SEARCH
             ):
@@ -225,12 +221,9 @@ class Press:
                         " use a smaller force"
                     )
                 if force_n(result) >= o.force:
-                    passed = result
-                    break
+                    return self._between(below, result)
                 below = result
             progress(min(force_n(below) / o.force, 1.0), f"{force_n(below):.3f} N")
-            if passed is not None:
-                return self._between(below, passed)
 
     def _between(self, below: StaticResult, above: StaticResult) -> StaticResult:
         """Return the equilibrium with the force, between one with less and one with more."""
@@ -242,11 +235,8 @@ class Press:
             reached = static_step(
                 self.system, below, self.load(depth), solver=solver, settings=SEARCH
             )
-            return (
-                0.0
-                if abs(force_n(reached) / o.force - 1) < FORCE_TOLERANCE
-                else (force_n(reached) - o.force)
-            )
+            error = force_n(reached) - o.force
+            return 0.0 if abs(force_n(reached) / o.force - 1) < o.force_tolerance else error
 
         brentq(excess, self.indentation_mm(below), self.indentation_mm(above), xtol=1e-7)
         return reached
@@ -268,176 +258,3 @@ def _profile(options: PressOptions, inset_mm: float) -> Array:
 def force_n(result: StaticResult) -> float:
     """Return the force on the neck, N, upwards."""
     return -float(sum(np.sum(touch.force[:, 1::2]) for touch in result.contacts)) + 0.0
-
-
-@dataclass(frozen=True)
-class Imprint:
-    """Where a neck is touched.
-
-    Attributes
-    ----------
-    arc_mm
-        (k,) arc lengths on the wall's outline that are touched, ascending.
-    pressure_kpa
-        (k,) true contact pressure there.
-    contact_mm
-        Length of deformed lip surface in contact.
-    touched
-        Names of the neck's stretches that are touched.
-    crests, roots
-        Which crests, and which floors of roots, are touched.
-    depth_mm
-        (2,) nearest and farthest touched point below the opening, along the axis.
-    thread_end_mm
-        Where the thread ends below the opening.
-    """
-
-    arc_mm: Array
-    pressure_kpa: Array
-    contact_mm: float
-    touched: tuple[str, ...]
-    crests: tuple[str, ...]
-    roots: tuple[str, ...]
-    depth_mm: tuple[float, float]
-    thread_end_mm: float
-
-
-def imprint_of(press: Press, result: StaticResult) -> Imprint:
-    """Return where the neck is touched at an equilibrium."""
-    (touch,) = rigid_responses(result.contacts)
-    pair = touch.contact
-    stretch = pair.surface.stretch(result.displacement)
-    touching = touch.points.pressure > 0
-    arc = touch.points.outline_arc[touching]
-    order = np.argsort(arc)
-    pressure = (touch.points.pressure / stretch)[touching][order] * 1e3
-    arc = arc[order]
-    wall, stretches = press.neck.lower_wall, press.neck.lower_stretches
-    point = wall.point_at(arc)[0]
-    measures = NECKS[press.options.neck]
-    opening = wall.sampled(0.02)[:, 0].min()
-    radius = 0.5 * measures.mark_distance_mm - point[:, 1]
-    floor = radius < 0.5 * measures.root_diameter_mm + FLOOR * measures.thread_depth_mm
-
-    def within(name: str) -> NDArray[np.bool_]:
-        low, high = stretches[name]
-        return (arc >= low) & (arc <= high)
-
-    depth = point[:, 0] - opening
-    return Imprint(
-        arc,
-        pressure,
-        float(np.sum((pair.surface.weight * stretch)[touching])) / press.options.thickness_mm,
-        tuple(name for name in stretches if np.any(within(name))),
-        tuple(n for n in stretches if n.startswith("crest") and np.any(within(n))),
-        tuple(n for n in stretches if n.startswith("root") and np.any(within(n) & floor)),
-        (float(depth.min()), float(depth.max())),
-        measures.mark_depth_mm - measures.mark_behind_thread_mm,
-    )
-
-
-@dataclass(frozen=True)
-class PressResult:
-    """Where the study's files are, and what must be said about it."""
-
-    folder: Path
-    sentences: tuple[str, ...]
-
-
-def press_study(
-    configuration: str,
-    out: Path,
-    options: PressOptions | None = None,
-    *,
-    progress: Progress = lambda share, text: None,
-) -> PressResult:
-    """Press a neck into a lip; write ``press.json``, ``imprint.csv``, ``press.png``, a summary.
-
-    Parameters
-    ----------
-    configuration
-        A library name or a TOML file with one table a layer: the first becomes the dermis, the
-        last everything below it.
-    out
-        Directory for the results, written whole or not at all.
-    options
-        Force, neck and sizes; the defaults if absent.
-    progress
-        Told how far it is.
-
-    Raises
-    ------
-    MaterialError, PressError, OutputError
-        If configuration, options or directory cannot be used, or the lip cannot carry the force.
-    """
-    chosen = options or PressOptions()
-    cards = configuration_cards(configuration)
-    with directory_at_once(out) as folder:
-        press = Press({name: card.material for name, card in cards.items()}, chosen)
-        result = press.pressed(progress=progress)
-        imprint = imprint_of(press, result)
-        table = {
-            "force_n": force_n(result),
-            "indentation_mm": press.indentation_mm(result),
-            "contact_mm": imprint.contact_mm,
-            "crests_touched": list(imprint.crests),
-            "roots_touched": list(imprint.roots),
-            "stretches_touched": list(imprint.touched),
-            "contact_from_opening_mm": list(imprint.depth_mm),
-            "thread_ends_mm": imprint.thread_end_mm,
-            "largest_pressure_kpa": float(imprint.pressure_kpa.max()),
-        }
-        text = json.dumps(table, indent=2, ensure_ascii=False)
-        (folder / "press.json").write_text(text + "\n", encoding="utf-8")
-        write_table(
-            folder / "imprint.csv",
-            ("neck_arc_mm", "pressure_kpa"),
-            list(zip(imprint.arc_mm.tolist(), imprint.pressure_kpa.tolist(), strict=True)),
-        )
-        _plot(folder / "press.png", configuration, press, result, imprint)
-        sentences = (
-            f"{table['force_n']:.4f} N at {table['indentation_mm']:.2f} mm: "
-            f"{imprint.contact_mm:.2f} mm of lip touch, from {imprint.depth_mm[0]:.1f} to "
-            f"{imprint.depth_mm[1]:.1f} mm below the opening (the thread ends at "
-            f"{imprint.thread_end_mm:.1f} mm)",
-            "touched: " + ", ".join(imprint.touched),
-            "floors of roots touched: " + (", ".join(imprint.roots) or "none"),
-        )
-        write_summary(
-            folder,
-            {
-                "configuration": configuration,
-                "layers": {name: dict(card.parameters) for name, card in cards.items()},
-                "options": dataclasses.asdict(chosen),
-                "elements": int(press.body.mesh.t.shape[1]),
-                "remarks": sentences,
-            },
-        )
-    return PressResult(out, sentences)
-
-
-def _plot(path: Path, name: str, press: Press, result: StaticResult, imprint: Imprint) -> None:
-    from scenarios.studies.plots import COLOURS, blank_figure, draw_field, finish, labelled
-
-    fields = press.body.fields(result.displacement)
-    strain = np.average(np.abs(fields.log_strain).max(axis=-1), axis=1, weights=fields.volume)
-    figure = blank_figure(10.0, 5.2)
-    axes = labelled(figure.subplots(), "mm", "mm")
-    colours = draw_field(axes, press.body, result.displacement, strain)
-    placement = result.load.placement
-    wall = placement.apply(press.neck.lower_wall.sampled(0.05))
-    axes.fill(wall[:, 0], wall[:, 1], facecolor="0.85", edgecolor="0.35", linewidth=0.8)
-    touched = placement.apply(press.neck.lower_wall.point_at(imprint.arc_mm)[0])
-    axes.plot(touched[:, 0], touched[:, 1], ".", color="#d62728", markersize=4, label="contact")
-    axes.legend(frameon=False, loc="lower right")
-    lip = press.body.nodes[:, 0] + result.displacement[:, 0]
-    axes.set_xlim(lip.min() - 1.0, lip.max() + 1.0)
-    axes.set_ylim(-0.3, press.options.lip_height_mm + 3.0)
-    figure.colorbar(colours, ax=axes, label="largest principal log strain, absolute", shrink=0.8)
-    axes.set_title(
-        f"{name}: {press.options.neck} neck, {force_n(result):.3f} N, "
-        f"{press.indentation_mm(result):.2f} mm deep, {imprint.contact_mm:.1f} mm in contact",
-        fontsize=10,
-        color=COLOURS[0],
-    )
-    finish(figure, path)

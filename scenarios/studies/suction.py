@@ -116,6 +116,21 @@ class SuctionOptions:
         corners = [(a, 0.0), (b, 0.0), (b, CUP_HEIGHT_MM), (a, CUP_HEIGHT_MM)]
         return Outline.from_corners(corners, [r, r, 0.0, 0.0])
 
+    def refuse_ineffective(self, layers: Sequence[str]) -> None:
+        """Refuse the thickness of a layer that a configuration, outermost first, does not have.
+
+        Raises
+        ------
+        SuctionError
+            If it is not the usual one.
+        """
+        usual = type(self).hypodermis_mm
+        if "hypodermis" not in layers[:-1] and self.hypodermis_mm != usual:
+            raise SuctionError(
+                f"hypodermis_mm = {self.hypodermis_mm:g} mm has no effect: the tissue has no "
+                "hypodermis above its last layer"
+            )
+
     def depths(self, layers: Sequence[str]) -> dict[str, float]:
         """Return the thickness of each layer, outermost first, mm; the last fills the slab.
 

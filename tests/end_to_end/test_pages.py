@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.cli.commands import _parser
+from scenarios.cli.parser import drinksim_parser
 from scenarios.settings.scenario import load_scenario, resolved_toml
 from tests.support.pages import ROOT, Reader, blocks, commands, pages
 
@@ -52,7 +52,7 @@ def test_what_is_not_run_says_why_and_is_spelled_right(block):
     if block.language == "python":
         ast.parse(block.text)
     for command in commands(block.text):
-        _parser().parse_args(shlex.split(command))
+        drinksim_parser().parse_args(shlex.split(command))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
@@ -85,6 +85,6 @@ def test_every_table_of_a_scenario_is_in_the_reference():
 def test_every_command_is_in_the_reference():
     page = (ROOT / "docs" / "reference" / "commands.md").read_text(encoding="utf-8")
     (commands_of_parser,) = (
-        action.choices for action in _parser()._actions if isinstance(action.choices, dict)
+        action.choices for action in drinksim_parser()._actions if isinstance(action.choices, dict)
     )
     assert set(re.findall(r"^\| `drinksim (\w+)", page, re.M)) == set(commands_of_parser)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.cli.commands import _parser
+from scenarios.cli.parser import drinksim_parser
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -27,10 +27,10 @@ def test_commands_are_accepted(command):
     arguments = shlex.split(command)
     if "--help" in arguments:
         with pytest.raises(SystemExit) as stop:
-            _parser().parse_args(arguments)
+            drinksim_parser().parse_args(arguments)
         assert stop.value.code == 0
     else:
-        _parser().parse_args(arguments)
+        drinksim_parser().parse_args(arguments)
 
 
 def test_links_and_pictures_exist():

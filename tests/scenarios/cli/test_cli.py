@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import importlib.metadata
 import io
 import json
 import os
+import re
+import shlex
 import subprocess
 import sys
 import tomllib
@@ -20,7 +23,8 @@ from geometry2d.foundation.progress import progress_line
 from geometry2d.neck import A38_NECK
 from mocap.synthetic.recording_file import write_recording
 from mocap.video.frames import Video
-from scenarios.cli.commands import main
+from scenarios.cli.commands import COMMANDS, main
+from scenarios.cli.parser import drinksim_parser
 from scenarios.recordings.rendering import LIBRARY
 from scenarios.results.solution import Solution
 from scenarios.sip import run
@@ -31,8 +35,6 @@ from tests.support.made_up_sip import (
     write_motion,
     write_small_recording,
 )
-
-COMMANDS = ("demo", "convert", "scenarios", "replay", "element", "animate", "report", "export")
 
 
 @pytest.fixture(scope="module")
@@ -198,16 +200,94 @@ def test_wrong_usage(capsys: pytest.CaptureFixture[str], arguments: tuple[str, .
     assert "--help" in complaint(capsys, *arguments)
 
 
+def help_of(capsys: pytest.CaptureFixture[str], *command: str) -> str:
+    """Return the help of a command, its lines joined."""
+    with pytest.raises(SystemExit) as stop:
+        main([*command, "--help"])
+    assert stop.value.code == 0
+    return " ".join(capsys.readouterr().out.split())
+
+
 def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture[str]) -> None:
+    listed = help_of(capsys)
     for command in COMMANDS:
-        with pytest.raises(SystemExit) as stop:
-            main([command, "--help"])
-        assert stop.value.code == 0
-        assert f"\nexample: drinksim {command}" in capsys.readouterr().out.replace("\n\n", "\n")
-    with pytest.raises(SystemExit):
-        main(["--help"])
-    listed = capsys.readouterr().out
-    assert all(f"\n  {command} " in listed for command in COMMANDS)
+        assert f" {command} " in listed
+        shown = help_of(capsys, command)
+        (example,) = re.findall(rf"example: drinksim ({command} [^>]*)", shown)
+        words = shlex.split(example.split(" a marker file:")[0])
+        assert drinksim_parser().parse_args(words).command == command
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("scenarios", "--set", "contact.friction=1"), "no NAME given"),
+        (("scenarios", "--redraw", "x"), "no NAME given"),
+        (("scenarios", "A38-F", "--redraw", "x", "--set", "name=x"), "--set has no effect beside"),
+        (("element", "L1", "--thesis", "--out", "x"), "MATERIAL has no effect beside --thesis"),
+        (("element", "--thesis", "--points", "3", "--out", "x"), "--points has no effect beside"),
+        (("element", "L2-Ogden/dermis", "--mode", "compression", "--to-mm", "1", "--out", "x"),
+         "to_mm = 1 mm has no effect in compression"),
+        (("aspirate", "L1", "--thesis", "--out", "x"), "CONFIG has no effect beside --thesis"),
+        (("aspirate", "L1", "--hypodermis-mm", "3", "--out", "x"), "hypodermis_mm = 3 mm has no"),
+        (("sensitivity", "L1", "--of", "mesh", "--edge-mm", "0.5", "--out", "x"), "edge_mm = 0.5"),
+        (("replay", "A38-F", "--resume", "--overwrite", "--out", "x"), "not allowed with argument"),
+        (("replay", "A38-F", "--plane", "strain", "--set", "numerics.plane=stress", "--out", "x"),
+         'numerics.plane is given twice, "stress" and "strain"'),
+        (("replay", "A38-F", "--motion", "a.csv", "--set", "motion.file=b.csv", "--out", "x"),
+         "motion.file is given twice"),
+    ],
+)  # fmt: skip
+def test_options_without_effect_are_refused(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], said: str
+) -> None:
+    assert said in complaint(capsys, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (
+            OSError(errno.ENOSPC, "No space left on device", "run/x"),
+            "run/x: No space left on device",
+        ),
+        (OSError(errno.EFBIG, "File too large"), "File too large: what was computed is kept"),
+        (MemoryError(), "there is not enough memory: what was computed is kept"),
+    ],
+)
+def test_a_computation_without_room_ends_with_its_own_code(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
+    said: str,
+) -> None:
+    def fails(_: object) -> int:
+        raise error
+
+    monkeypatch.setitem(COMMANDS, "report", fails)
+    assert main(["report", "run", "--out", "r.html"]) == 3
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("drinksim: ") and said in line
+
+
+def test_an_interrupted_command_says_how_it_goes_on(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(_: object) -> int:
+        raise KeyboardInterrupt
+
+    for command in ("replay", "calibrate", "report"):
+        monkeypatch.setitem(COMMANDS, command, interrupted)
+    for typed, again in (
+        ("replay 'my sip.toml' --out run --overwrite", "replay 'my sip.toml' --out run --resume"),
+        ("replay A38-F --out run --resume", "replay A38-F --out run --resume"),
+        ("calibrate L1 --target t.csv --out fit", "calibrate L1 --target t.csv --out fit"),
+    ):
+        assert main(shlex.split(typed)) == 130
+        line = f"drinksim: interrupted; to go on where it was: drinksim {again}\n"
+        assert capsys.readouterr().err == line
+    assert main(["report", "run", "--out", "r.html"]) == 130
+    assert capsys.readouterr().err == "drinksim: interrupted\n"
 
 
 def test_scenarios_are_listed_and_shown(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -328,7 +408,7 @@ def test_an_interrupted_replay_goes_on(
     monkeypatch.setattr(run, "replay", MadeUpReplay(until=6, interrupted=True))
     assert main(command) == 130
     assert not out.exists()
-    assert "--resume goes on" in capsys.readouterr().err
+    assert f"--out {out} --resume\n" in capsys.readouterr().err
     monkeypatch.setattr(run, "replay", MadeUpReplay())
     assert "--overwrite" in complaint(capsys, *command, "--resume", "--set", "contact.friction=0.9")
     assert main([*command, "--resume"]) == 0

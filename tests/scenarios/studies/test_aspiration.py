@@ -13,16 +13,10 @@ import pytest
 from fem2d.materials.library import configuration
 from fem2d.materials.material import MaterialError
 from scenarios.cli.commands import main
-from scenarios.studies.aspiration import (
-    COLUMNS,
-    CONFIGURATIONS,
-    Aspiration,
-    AspirationOptions,
-    aspirated,
-    aspiration_study,
-)
+from scenarios.studies.aspiration import COLUMNS, CONFIGURATIONS, aspiration_study
 from scenarios.studies.sensitivity import SensitivityError, sensitivity_study
 from scenarios.studies.suction import SuctionError, SuctionOptions, slab_mesh
+from scenarios.studies.suction_curve import Aspiration, AspirationOptions, aspirated
 
 COARSE = AspirationOptions(edge_mm=0.5, search_kpa=0.0)
 FEW = dataclasses.replace(COARSE, edge_mm=0.8, points=2)
@@ -104,7 +98,7 @@ def test_a_tissue_of_your_own_is_sucked_like_the_library(tmp_path: Path):
     own.write_text('[tissue]\nlaw = "neo-hookean"\nC10_mpa = 0.0049767\npoisson = 0.49\n')
     result = aspiration_study(str(own), tmp_path / "out", FEW)
     library = aspirated(configuration("L1"), FEW)
-    assert f"apex {library.apex_mm[-1]:.3f} mm" in result.sentences[0]
+    assert f"apex {library.apex_mm[-1]:.3f} mm" in result.messages[0]
 
 
 @pytest.mark.parametrize(

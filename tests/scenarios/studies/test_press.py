@@ -9,15 +9,9 @@ import numpy as np
 import pytest
 
 from fem2d.materials.library import configuration
-from scenarios.studies.press import (
-    Imprint,
-    Press,
-    PressError,
-    PressOptions,
-    force_n,
-    imprint_of,
-    press_study,
-)
+from scenarios.studies.imprint import Imprint, imprint_of
+from scenarios.studies.press import Press, PressError, PressOptions, force_n
+from scenarios.studies.press_study import press_study
 
 COARSE = PressOptions(edge_mm=0.6)
 
