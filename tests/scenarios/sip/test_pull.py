@@ -23,8 +23,8 @@ from scenarios.sip.pull import FoundPull, found_pull
 pytestmark = pytest.mark.slow
 
 
-def lips(*overrides: str) -> Lips:
-    scenario = load_scenario("DC-AE", ["numerics.resolution=coarse", *overrides])
+def lips(*overrides: str, resolution: str = "coarse") -> Lips:
+    scenario = load_scenario("DC-AE", [f"numerics.resolution={resolution}", *overrides])
     return Lips(scenario, script_of("DC-AE").face(), scenario.package.section())
 
 
@@ -99,8 +99,7 @@ def test_the_undrawn_lip_would_be_in_the_way():
 def test_the_resolution_of_the_replay_changes_nothing():
     direction = f"muscle.direction_deg={found().pull.direction_deg}"
     pulls = [
-        found_pull(lips(direction, f"numerics.resolution={level}"), motion())
-        for level in ("coarse", "standard")
+        found_pull(lips(direction, resolution=level), motion()) for level in ("coarse", "standard")
     ]
     assert pulls[0] == pulls[1]
 
