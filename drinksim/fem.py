@@ -25,7 +25,7 @@ from fem2d.loads.amplitude import Amplitude
 from fem2d.loads.dead import DeadLoad
 from fem2d.loads.liquid import LiquidLoad, LiquidPressure
 from fem2d.loads.load import Load
-from fem2d.loads.muscle import FibresAcross, FibresInPlane, Muscle
+from fem2d.loads.muscle import FibresAcross, FibresInPlane, MuscleLoad
 from fem2d.loads.muscle_law import MuscleFibre
 from fem2d.loads.pressure import Exposure, FollowerPressure
 from fem2d.loads.tie import ElasticTie
@@ -75,8 +75,8 @@ __all__ = [
     "MarchStatus",
     "Material",
     "Model",
-    "Muscle",
     "MuscleFibre",
+    "MuscleLoad",
     "NeoHookean",
     "NewtonSettings",
     "NewtonStatus",

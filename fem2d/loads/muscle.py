@@ -106,7 +106,7 @@ class FibresInPlane:
 
 
 @dataclass(frozen=True, eq=False)
-class Muscle:
+class MuscleLoad:
     """A muscle in a body.
 
     Parameters
@@ -217,7 +217,7 @@ class Muscle:
         """None: a muscle acts inside the body."""
         return ()
 
-    def on_component(self, component: BodyComponent) -> Muscle | None:
+    def on_component(self, component: BodyComponent) -> MuscleLoad | None:
         """Return the muscle as far as it lies on a component; see `AppliedForce`.
 
         The component's elements are the body's, in order, see :meth:`Body.component`.

@@ -31,6 +31,12 @@ class MuscleMeasurements:
     mouth_width_mm: float = _measured(
         51.0, "mm", "ArtiSynth's face; 50-55 mm in Europeans", "between the corners of the mouth"
     )
+    edge_mm: float = _measured(
+        0.5,
+        "mm",
+        "so that what elements sum up depends little on how they cut the edge",
+        "on both sides of its edge, where a muscle's share of the tissue changes from 1 to 0",
+    )
     # Orbicularis oris, peripheral part: a sheet.
     upper_peripheral_thickness_mm: float = _measured(
         2.5, "mm", f"2-3 mm, general anatomy; {ULTRASOUND}", "peripheral sheet of the upper lip"

@@ -33,8 +33,6 @@ from geometry2d.regions import Section
 Array = NDArray[np.float64]
 Lip = Literal["upper", "lower"]
 
-EDGE_MM = 0.5
-"""How far on both sides of its edge a muscle's share of the tissue changes from 1 to 0."""
 SPACING_MM = 0.1
 BEYOND_MM = 6.0
 """How far beyond its ends a straight muscle is drawn before the tissue cuts it off."""
@@ -101,12 +99,15 @@ class MuscleRegion:
         (n, 2) where it lies, mm, in the head section's frame.
     fibres
         How its fibres run.
+    edge_mm
+        How far on both sides of its edge its share of the tissue changes from 1 to 0, mm.
     """
 
     name: str
     lip: Lip
     polygon: Array
     fibres: FibresAroundMouth | StraightFibres
+    edge_mm: float
 
     @property
     def area_mm2(self) -> float:
@@ -116,19 +117,19 @@ class MuscleRegion:
     def share(self, points: ArrayLike) -> Array:
         """Return how much (0…1) of the tissue at points (..., 2), mm, is this muscle.
 
-        It changes within `EDGE_MM` on both sides of the edge, with a continuous slope, so that what
-        elements sum up depends little on how they cut the edge.
+        It changes at the edge with a continuous slope, so that what elements sum up depends little
+        on how they cut the edge.
         """
         at = np.asarray(points, float)
         flat = at.reshape(-1, 2)
-        low, high = self.polygon.min(axis=0) - EDGE_MM, self.polygon.max(axis=0) + EDGE_MM
+        low, high = self.polygon.min(axis=0) - self.edge_mm, self.polygon.max(axis=0) + self.edge_mm
         near = np.all((flat >= low) & (flat <= high), axis=1)
         polygon = shapely.Polygon(self.polygon)
         shapely.prepare(polygon)
         spots = shapely.points(flat[near])
         away = shapely.distance(polygon.exterior, spots)
         depth = np.where(shapely.contains(polygon, spots), away, -away)
-        ramp = np.clip(0.5 * (depth / EDGE_MM + 1), 0.0, 1.0)
+        ramp = np.clip(0.5 * (depth / self.edge_mm + 1), 0.0, 1.0)
         share = np.zeros(len(flat))
         share[near] = ramp**2 * (3 - 2 * ramp)
         return share.reshape(at.shape[:-1])
@@ -152,7 +153,7 @@ def muscle_regions(
         for part, polygon in (("peripheral", _sheet(lines, m)), ("marginal", _bundle(lines, m))):
             radius = getattr(m, f"{lip}_{part}_radius_mm")
             fibres = FibresAroundMouth(radius, m.mouth_width_mm, float(corners[1]))
-            regions.append(MuscleRegion(f"{lip}_{part}", lines.lip, polygon, fibres))
+            regions.append(MuscleRegion(f"{lip}_{part}", lines.lip, polygon, fibres, m.edge_mm))
     for name, lip in STRAIGHT.items():
         regions.append(_straight(name, lips[lip], m))
     return {region.name: region for region in regions}
@@ -294,7 +295,8 @@ def _straight(name: str, lines: LipLines, m: MuscleMeasurements) -> MuscleRegion
         reached = shapely.distance(piece, shapely.points([on_skin, on_bone]))
         if np.all(reached < SPACING_MM):
             fibres = StraightFibres((float(along[0]), float(along[1])))
-            return MuscleRegion(name, lines.lip, np.asarray(piece.exterior.coords)[:-1], fibres)
+            outline = np.asarray(piece.exterior.coords)[:-1]
+            return MuscleRegion(name, lines.lip, outline, fibres, m.edge_mm)
     raise HeadError(
         f"{name} would leave the {lines.lip} lip between skin and bone: change {keys[0]} "
         f"({skin_mm:g}) or {keys[1]} ({bone_mm:g})"

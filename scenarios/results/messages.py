@@ -97,6 +97,15 @@ def muscle_message(about: Mapping[str, Any]) -> str:
     )
 
 
+def muscles_message(about: Mapping[str, Mapping[str, float]]) -> str:
+    """Return how active which muscles are at most, from the summary's ``muscles``."""
+    active = [
+        f"{name.replace('_', ' ')} {muscle['activation']:.2f} ({muscle['tension_n']:.1f} N)"
+        for name, muscle in about.items()
+    ]
+    return f"muscles at most as active as: {', '.join(active)}"
+
+
 def unstable_message(passages: Sequence[Mapping[str, Any]]) -> str | None:
     """Return when and where the equilibrium was unstable, from the summary's ``unstable``."""
     if not passages:
@@ -169,8 +178,17 @@ def _felt_by(lip: str, summary: Mapping[str, Any]) -> str:
     )
     return (
         f"The {lip} lip feels up to {peak:.0f} kPa over the 1.5 mm that it resolves, and "
-        f"{mean:.0f} kPa on average where it is touched; {crests}."
+        f"{mean:.0f} kPa on average where it is touched; {crests}.{_seal_of(lip, summary)}"
     )
+
+
+def _seal_of(lip: str, summary: Mapping[str, Any]) -> str:
+    margin = summary.get(f"{lip}_lip_seal_margin_kpa")
+    if margin is None:
+        return ""
+    if margin < 0:
+        return f" It does not seal: the liquid presses {-margin:.1f} kPa more at some instant."
+    return f" It seals with at least {margin:.1f} kPa to spare."
 
 
 def verdict_message(verdict: Verdict) -> str:

@@ -59,6 +59,9 @@ HISTORY = (
         "neck_off_film_mm", "mm", "distance of the neck's lower mark from where it was filmed"
     ),
     Quantity("neck_off_film_deg", "deg", "turn of the neck beyond that of the film"),
+    Quantity("upper_lip_seal_kpa", "kPa", "highest pressure over 0.5 mm beyond the liquid's"),
+    Quantity("lower_lip_seal_kpa", "kPa", "highest pressure over 0.5 mm beyond the liquid's"),
+    Quantity("liquid_kpa", "kPa", "head of the liquid at the rim's lower edge; 0 where it is dry"),
 )
 """The columns of history.csv, in order."""
 

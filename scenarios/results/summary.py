@@ -126,6 +126,7 @@ def run_summary(
         "increments": len(rows),
         **peaks(rows),
         **impulses(rows),
+        **seal_margins(rows),
         "newton_iterations": int(sum(row["newton_iterations"] for row in rows)),
         "cutbacks": int(sum(row["cutbacks"] for row in rows)),
         "wall_s": round(wall_s, 2),
@@ -155,5 +156,16 @@ def impulses(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
         f"{lip}_lip_impulse_ns": float(
             np.trapezoid([row[f"{lip}_lip_force_n"] for row in rows], time_s)
         )
+        for lip in LIPS
+    }
+
+
+def seal_margins(rows: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """Return the smallest seal of each lip while liquid is at the rim, kPa; empty if none is."""
+    drinking = [row for row in rows if row["liquid_kpa"] > 0]
+    if not drinking:
+        return {}
+    return {
+        f"{lip}_lip_seal_margin_kpa": min(row[f"{lip}_lip_seal_kpa"] for row in drinking)
         for lip in LIPS
     }

@@ -36,7 +36,9 @@ from scenarios.settings.layers import (
     nested,
     values_by_path,
 )
+from scenarios.settings.liquid import Liquid
 from scenarios.settings.motion import FirstContact, MotionFile, Placement, Recording
+from scenarios.settings.muscles import Muscles
 from scenarios.settings.numerics import Numerics
 from scenarios.settings.package import Contact, Package
 from scenarios.settings.person import Head, Muscle, Skin
@@ -51,8 +53,10 @@ __all__ = [
     "Contact",
     "FirstContact",
     "Head",
+    "Liquid",
     "MotionFile",
     "Muscle",
+    "Muscles",
     "Numerics",
     "Package",
     "Placement",
@@ -101,6 +105,12 @@ class Scenario:
     )
     muscle: Muscle | None = setting(
         default=None, description="a pseudo-muscle that pulls a lip out of the neck's way"
+    )
+    muscles: Muscles | None = setting(
+        default=None, description="the muscles of the lips, if they act"
+    )
+    liquid: Liquid | None = setting(
+        default=None, description="the content of the package, if its pressure acts"
     )
     numerics: Numerics = setting(
         default=Numerics(), description="idealisation, mesh, laws and solver"

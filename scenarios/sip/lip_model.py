@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,18 +15,24 @@ from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
 from fem2d.loads.amplitude import Amplitude
 from fem2d.loads.dead import DeadLoad
+from fem2d.loads.liquid import LiquidLoad
+from fem2d.loads.load import AppliedForce
+from fem2d.loads.muscle import MuscleLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material, stiffened
 from fem2d.solvers.model import Model
 from geometry2d.anatomy.head import HeadSection
-from geometry2d.curves import nearest_arc_length
+from geometry2d.anatomy.muscles import muscle_regions
+from geometry2d.curves import arc_lengths, nearest_arc_length
 from geometry2d.mesh import section_mesh
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import rotated
 from scenarios.results.increment import SectionModel
 from scenarios.results.quantities import LIPS
-from scenarios.settings.scenario import Muscle, Scenario, ScenarioError, Skin
+from scenarios.settings.scenario import Liquid, Muscle, Scenario, ScenarioError, Skin
+from scenarios.sip.lip_muscles import lip_muscles
+from scenarios.sip.tilted_liquid import TiltedLiquid
 
 Array = NDArray[np.float64]
 
@@ -102,6 +109,10 @@ class Lips:
         Their sections, each in its own frame.
     pull
         What draws a lip out of the neck's way; None if nothing does.
+    activations
+        How active each muscle is against time (`scenarios.sip.lip_muscles.PARTS`).
+    liquid
+        The pressure of the content at each instant; None if it is neglected.
     present
         Which lips are modelled.
     """
@@ -110,6 +121,8 @@ class Lips:
     head: HeadSection
     neck: NeckSection
     pull: Pull | None = None
+    activations: Mapping[str, Amplitude] = field(default_factory=dict)
+    liquid: TiltedLiquid | None = None
     present: tuple[str, ...] = LIPS
 
     @cached_property
@@ -204,13 +217,50 @@ class Lips:
             same_surface=True,
             name="lip on lip",
         )
-        loads = () if self.pull is None else (self.load(self.pull),)
         return Model(
             self.body,
             contacts=(*on_walls, *on_teeth, lips),
             ties=ties,
             inertia=numerics.inertia,
-            loads=loads,
+            loads=self.loads,
+        )
+
+    @cached_property
+    def loads(self) -> tuple[AppliedForce, ...]:
+        """What acts on the lips: a pull, muscles, liquid."""
+        pulls = () if self.pull is None else (self.load(self.pull),)
+        return (*pulls, *self.muscles, *self.liquid_loads)
+
+    @cached_property
+    def liquid_loads(self) -> tuple[LiquidLoad, ...]:
+        """The pressure of the liquid on the skin and the inner side that it wets."""
+        settings, liquid = self.scenario.liquid, self.liquid
+        if settings is None or liquid is None:
+            return ()
+        return tuple(self._wetted(lip, settings, liquid) for lip in self.present)
+
+    def _wetted(self, lip: str, settings: Liquid, liquid: TiltedLiquid) -> LiquidLoad:
+        surface, skin = self.free_surface(lip, at_nodes=False), LipSkin.of(self.head, lip)
+        whole = float(np.sum(surface.weight)) / surface.thickness_mm
+        inner = whole - float(arc_lengths(skin.points)[-1])
+        outwards = skin.arc_mm(settings.wet_to_mm)
+        # The upper lip's free surface starts with its inner side, the lower one's with its skin.
+        upper = (-settings.wet_fade_mm, inner + outwards)
+        ends = upper if lip == "upper" else (outwards, whole + settings.wet_fade_mm)
+        return LiquidLoad(f"liquid on the {lip} lip", surface, *ends, settings.wet_fade_mm, liquid)
+
+    @cached_property
+    def muscles(self) -> tuple[MuscleLoad, ...]:
+        """The muscles that act."""
+        settings = self.scenario.muscles
+        if settings is None or not self.activations:
+            return ()
+        return lip_muscles(
+            self.body,
+            muscle_regions(self.head, settings.places),
+            self.activations,
+            fibre=settings.fibre,
+            corner_stretch=settings.corner_stretch,
         )
 
     def load(self, pull: Pull) -> DeadLoad:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.body.body import Body
 from fem2d.loads.amplitude import Amplitude
-from fem2d.loads.muscle import FibresAcross, FibresInPlane, Muscle
+from fem2d.loads.muscle import FibresAcross, FibresInPlane, MuscleLoad
 from fem2d.loads.muscle_law import MuscleFibre
 from geometry2d.anatomy.muscles import FibresAroundMouth, MuscleRegion
 
@@ -32,7 +32,7 @@ def lip_muscles(
     *,
     fibre: MuscleFibre | None = None,
     corner_stretch: float = 1.0,
-) -> tuple[Muscle, ...]:
+) -> tuple[MuscleLoad, ...]:
     """Return the muscles of those lips that a body has.
 
     Parameters
@@ -64,7 +64,7 @@ def lip_muscles(
 
 def _muscle(
     body: Body, region: MuscleRegion, law: MuscleFibre, activation: Amplitude, corner: float
-) -> Muscle:
+) -> MuscleLoad:
     points = body.tables.points
     deep = np.zeros(len(body.tables.connectivity), np.bool_)
     deep[body.elements_of(f"{region.lip}_bulk")] = True
@@ -74,4 +74,20 @@ def _muscle(
         if isinstance(region.fibres, FibresAroundMouth)
         else FibresInPlane(region.fibres.direction(points))
     )
-    return Muscle(region.name, body, share, fibres, law, activation)
+    return MuscleLoad(region.name, body, share, fibres, law, activation)
+
+
+def about_muscles(muscles: Sequence[MuscleLoad]) -> dict[str, dict[str, float]]:
+    """Return the numbers for the summary, by part.
+
+    The largest activation, the area of the fibres in the section and, at rest length, the tension
+    of the whole muscle across the section, or for each mm of width of one that runs in it.
+    """
+    return {
+        muscle.name: {
+            "activation": (most := max(muscle.activation.factor)),
+            "area_mm2": muscle.area_mm2,
+            "tension_n": most * muscle.law.max_stress_mpa * muscle.area_mm2,
+        }
+        for muscle in muscles
+    }

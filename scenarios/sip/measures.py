@@ -18,7 +18,7 @@ from geometry2d.rigid import RigidMotion, rotated
 from scenarios.results.increment import ContactField, Measured
 from scenarios.results.quantities import LIPS
 from scenarios.sip.contact_line import ContactLine, recovered_traction
-from scenarios.sip.felt import Felt
+from scenarios.sip.felt import Felt, seal_margin_mpa
 from scenarios.sip.lip_model import Lips
 
 Array = NDArray[np.float64]
@@ -113,6 +113,7 @@ class LipMeasures:
         line = self._contact_line(lip, commit)
         force = self.in_head_frame(self._force_on_neck(lip, commit))
         felt = Felt.of(line)
+        held_back = self._held_back_mpa(lip, commit)
         return {
             f"{lip}_lip_pressure_kpa": 1e3 * line.top_two_edges(),
             f"{lip}_lip_window_kpa": 1e3 * line.highest_window(),
@@ -124,7 +125,15 @@ class LipMeasures:
             f"{lip}_lip_window_1mm_kpa": 1e3 * felt.peak_1mm_mpa,
             f"{lip}_lip_window_1_5mm_kpa": 1e3 * felt.peak_1_5mm_mpa,
             f"{lip}_lip_crest_contrast": felt.crest_contrast,
+            f"{lip}_lip_seal_kpa": 1e3 * seal_margin_mpa(line, held_back),
         }
+
+    def _held_back_mpa(self, lip: str, commit: Commit) -> Array | float:
+        """Return the pressure that a seal has to hold back at each node of a lip's edges, MPa."""
+        if self.lips.liquid is None:
+            return 0.0
+        position = self._skin[lip].positions(commit.state.displacement)
+        return self.lips.liquid(commit.state.time_s).held_back_mpa(position)
 
     def _neck_history(self, commit: Commit) -> dict[str, float]:
         touching = [r for r in rigid_responses(commit.contacts) if r.contact.moving]
@@ -134,7 +143,12 @@ class LipMeasures:
             "neck_moment_nmm": float(resultant(touching, here)[2]),
             "neck_off_film_mm": float(np.hypot(*away)),
             "neck_off_film_deg": float(np.rad2deg(here.angle_rad - filmed.angle_rad)),
+            "liquid_kpa": 1e3 * self._liquid_at_rim_mpa(commit.state.time_s),
         }
+
+    def _liquid_at_rim_mpa(self, time_s: float) -> float:
+        liquid = self.lips.liquid
+        return 0.0 if liquid is None else liquid.at_rim_mpa(time_s)
 
     def _on_neck(self, lip: str, commit: Commit) -> list[tuple[RigidContact, RigidContactResponse]]:
         """Return the contacts of a lip with the walls of the neck, and their responses."""

@@ -33,10 +33,12 @@ from scenarios.sip.carrying import CarriedNeck, carried
 from scenarios.sip.findings import Finding, Severity, findings_of, neck_findings
 from scenarios.sip.hand import about_hand, chosen_hand
 from scenarios.sip.lip_model import Lips
+from scenarios.sip.lip_muscles import about_muscles
 from scenarios.sip.measures import LipMeasures
 from scenarios.sip.placement import Placed, place
 from scenarios.sip.pull import FoundPull, found_pull
 from scenarios.sip.recorded_motion import recorded_motion
+from scenarios.sip.tilted_liquid import tilted_liquid
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,8 @@ class Prepared:
         }
         if self.findings:
             about["warnings"] = [str(finding) for finding in self.findings]
+        if self.lips.muscles:
+            about["muscles"] = about_muscles(self.lips.muscles)
         return about if self.pull is None else about | {"muscle": self.pull.about()}
 
 
@@ -121,6 +125,13 @@ def prepared(scenario: Scenario, *, progress: Progress = lambda share, what: Non
         lips = replace(lips, pull=pull.pull)
     progress(0.0, "meshing the lips")
     start_s, end_s = _contact_period(lips.system, motion, scenario.numerics.period)
+    if scenario.muscles is not None:
+        lips = replace(lips, activations=scenario.muscles.activations(start_s))
+        instants = [a.time_s[0] for a in lips.activations.values()]
+        start_s = min(start_s, *instants) if instants else start_s
+    liquid = tilted_liquid(scenario, lips.neck, motion, placed.head_angle_rad)
+    if liquid is not None:
+        lips = replace(lips, liquid=liquid)
     if scenario.muscle is not None:
         start_s = min(start_s, scenario.muscle.instants_s[0])
         end_s = max(end_s, scenario.muscle.instants_s[-1])
@@ -281,6 +292,7 @@ def _messages(
         messages.hand_message(about["hand"]) if "hand" in about else None,
         *about.get("warnings", ()),
         messages.muscle_message(about["muscle"]) if "muscle" in about else None,
+        messages.muscles_message(about["muscles"]) if "muscles" in about else None,
         messages.unstable_message(about["unstable"]),
         messages.crushed_message(about["largest_penetration_neck_mm"]),
         messages.caught_message(caught),

@@ -130,6 +130,7 @@ def small_increment(model: SectionModel, index: int, count: int) -> Increment:
     )
     history = {q.name: 60.0 * press for q in HISTORY if q.name not in derived}
     history |= {f"{lip}_lip_crest_contrast": 0.4 * press for lip in LIPS}
+    history["liquid_kpa"] = 0.0
     history["dermis_min_log_strain"] = -0.4 * press
     history["dermis_max_log_strain"] = 0.2 * press
     history["lower_lip_pressure_kpa"] = 25.0 * press

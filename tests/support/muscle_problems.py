@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from fem2d.body.body import Body
-from fem2d.loads.muscle import Muscle
+from fem2d.loads.muscle import MuscleLoad
 
 Array = np.ndarray
 ITERATIONS = 30
@@ -26,7 +26,7 @@ class Equilibrium(NamedTuple):
 
 def at_rest(
     body: Body,
-    muscle: Muscle,
+    muscle: MuscleLoad,
     held: Array,
     *,
     roller: tuple[int, Array] | None = None,
@@ -50,7 +50,7 @@ def at_rest(
 
 
 def _balanced(
-    body: Body, muscle: Muscle, fixed: sp.csr_matrix, start: Array, share: float
+    body: Body, muscle: MuscleLoad, fixed: sp.csr_matrix, start: Array, share: float
 ) -> tuple[Array, Array]:
     u = start
     for _ in range(ITERATIONS):

@@ -16,7 +16,7 @@ import skfem
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.loads.amplitude import Amplitude
-from fem2d.loads.muscle import FibresAcross, FibresInPlane, Muscle
+from fem2d.loads.muscle import FibresAcross, FibresInPlane, MuscleLoad
 from fem2d.loads.muscle_law import MuscleFibre
 from fem2d.materials.neo_hookean import NeoHookean
 from tests.support.muscle_problems import at_rest
@@ -58,13 +58,15 @@ class Sleeve:
         return float(found.reaction[2 * tube].sum()) / (depth_mm * HEIGHT_MM)
 
 
-def hoop(body: Body, stress_mpa: float) -> Muscle:
+def hoop(body: Body, stress_mpa: float) -> MuscleLoad:
     """Return fibres everywhere that run around the axis x = 0, half active."""
     radius = body.tables.points[..., 0]
     curvature = np.stack([-1 / radius, np.zeros_like(radius)], axis=-1)
     law = MuscleFibre(2 * stress_mpa)
     share = np.ones(body.weights.shape)
-    return Muscle("sleeve", body, share, FibresAcross(curvature), law, Amplitude((0.0,), (0.5,)))
+    return MuscleLoad(
+        "sleeve", body, share, FibresAcross(curvature), law, Amplitude((0.0,), (0.5,))
+    )
 
 
 SLEEVES = (
@@ -138,7 +140,9 @@ def test_a_free_strip_shortens_along_fibres_in_the_plane(stretch, published, ang
     )
     direction = np.broadcast_to(along, (*body.weights.shape, 2))
     law, on = MuscleFibre(active), Amplitude((0.0,), (1.0,))
-    strip = Muscle("strip", body, np.ones(body.weights.shape), FibresInPlane(direction), law, on)
+    strip = MuscleLoad(
+        "strip", body, np.ones(body.weights.shape), FibresInPlane(direction), law, on
+    )
     corner = int(np.argmin(np.hypot(*body.nodes.T)))
     end = int(np.argmin(np.hypot(*(body.nodes - 4 * along).T)))
     across = np.array([-along[1], along[0]])

@@ -9,7 +9,7 @@ from fem2d.body.body import Body
 from fem2d.body.component import BodyComponent
 from fem2d.body.kinematics import Plane
 from fem2d.loads.amplitude import Amplitude, LoadError
-from fem2d.loads.muscle import FibresAcross, FibresInPlane, Muscle
+from fem2d.loads.muscle import FibresAcross, FibresInPlane, MuscleLoad
 from fem2d.loads.muscle_law import MuscleFibre
 from geometry2d.mesh import block_mesh
 from tests.support.section_bodies import SOFT
@@ -26,7 +26,7 @@ def block(plane: Plane, element: str = "T6") -> Body:
     return Body(mesh, SOFT, plane=plane, element=element, thickness_mm=1.5)
 
 
-def muscle(body: Body, fibres: str, **changed: object) -> Muscle:
+def muscle(body: Body, fibres: str, **changed: object) -> MuscleLoad:
     """Return a muscle in the right part of a block, its fibres and its share changing over it."""
     x, y = np.moveaxis(body.tables.points, -1, 0)
     if fibres == "across":
@@ -36,7 +36,7 @@ def muscle(body: Body, fibres: str, **changed: object) -> Muscle:
         course = FibresInPlane(np.stack([np.cos(angle), np.sin(angle)], axis=-1))
     share = np.clip((x - 2.0) / 3.0, 0.0, 1.0) * 0.9
     values = {"share": share, "fibres": course, "law": LAW, "activation": ON} | changed
-    return Muscle("test muscle", body, **values)
+    return MuscleLoad("test muscle", body, **values)
 
 
 def wild(body: Body, size: float, seed: int) -> np.ndarray:
@@ -91,7 +91,7 @@ def test_undeformed_fibres_across_the_section_push_with_tension_over_radius():
     body = block(Plane.STRAIN)
     share = np.full(body.weights.shape, 0.6)
     curvature = np.broadcast_to([-1 / 20.0, 1 / 50.0], (*body.weights.shape, 2))
-    ring = Muscle("ring", body, share, FibresAcross(curvature), MuscleFibre(0.1), ON)
+    ring = MuscleLoad("ring", body, share, FibresAcross(curvature), MuscleFibre(0.1), ON)
     on_tissue = -ring.response(np.zeros_like(body.nodes), 2.0).force.reshape(-1, 2).sum(axis=0)
     tension_n = 0.8 * 0.1 * 0.6 * 6.0 * 3.0
     assert ring.area_mm2 == pytest.approx(0.6 * 18.0, rel=1e-12)

@@ -11,7 +11,6 @@ import shapely
 from geometry2d.anatomy.head import HeadError, HeadMeasurements, head_section
 from geometry2d.anatomy.muscle_measurements import MuscleMeasurements
 from geometry2d.anatomy.muscles import (
-    EDGE_MM,
     STRAIGHT,
     FibresAroundMouth,
     StraightFibres,
@@ -134,8 +133,8 @@ def test_the_share_is_one_inside_none_outside_and_adds_up_to_the_area():
     assert share.sum() * 0.05**2 == pytest.approx(region.area_mm2, rel=0.01)
     polygon = shapely.Polygon(region.polygon)
     spots = shapely.points(points)
-    deep = shapely.contains(polygon.buffer(-EDGE_MM), spots)
-    outside = ~shapely.intersects(polygon.buffer(1.01 * EDGE_MM), spots)
+    deep = shapely.contains(polygon.buffer(-region.edge_mm), spots)
+    outside = ~shapely.intersects(polygon.buffer(1.01 * region.edge_mm), spots)
     assert deep.any()
     assert outside.any()
     assert share[deep] == pytest.approx(1.0)
@@ -151,7 +150,7 @@ def test_the_share_changes_without_a_jump_of_its_slope_across_the_edge():
     share = region.share(line)
     slope = np.diff(share) / 0.01
     assert share.max() == pytest.approx(1.0)
-    assert np.abs(slope).max() == pytest.approx(1.5 / (2 * EDGE_MM), rel=0.05)
+    assert np.abs(slope).max() == pytest.approx(1.5 / (2 * region.edge_mm), rel=0.05)
     assert np.abs(np.diff(slope)).max() < 0.1
 
 

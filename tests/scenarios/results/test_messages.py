@@ -12,6 +12,7 @@ from scenarios.results.messages import (
     ending,
     felt_message,
     muscle_message,
+    muscles_message,
     peaks_message,
     placement_message,
     unstable_message,
@@ -128,3 +129,24 @@ def test_what_a_lip_feels_is_said_for_each_lip() -> None:
     assert "crests hardly stand out of it (3 % at most)." in lower
     nothing = felt_message(summary | {"lower_lip_window_1_5mm_kpa": 0.0})
     assert nothing.endswith("The lower lip feels nothing.")
+
+
+def test_a_seal_is_said_where_liquid_was_at_the_rim() -> None:
+    summary = {
+        "upper_lip_window_1_5mm_kpa": 60.0,
+        "upper_lip_mean_kpa": 30.0,
+        "upper_lip_crest_contrast": 0.4,
+        "upper_lip_seal_margin_kpa": 12.34,
+        "lower_lip_window_1_5mm_kpa": 18.0,
+        "lower_lip_mean_kpa": 9.0,
+        "lower_lip_crest_contrast": 0.03,
+        "lower_lip_seal_margin_kpa": -0.46,
+    }
+    felt = felt_message(summary)
+    assert "It seals with at least 12.3 kPa to spare. The lower lip" in felt
+    assert felt.endswith("It does not seal: the liquid presses 0.5 kPa more at some instant.")
+
+
+def test_muscles_are_said_with_their_largest_activation() -> None:
+    message = muscles_message({"upper_peripheral": {"activation": 0.2, "tension_n": 0.79}})
+    assert message == "muscles at most as active as: upper peripheral 0.20 (0.8 N)"
