@@ -32,7 +32,7 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 
-from fem2d.analyses.creasing import CreasingError, creasing
+from fem2d.analyses.creasing import CreasingError, CreasingSettings, creasing
 from fem2d.analyses.wrinkling import Layer, StabilityError, wrinkling
 from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
@@ -78,7 +78,7 @@ def half_space(name: str, material: Material, plane: Plane, sectors: int) -> flo
         biot = "none"
     row, strain = [name, plane.name.lower(), biot, str(sectors)], math.nan
     try:
-        found = creasing(material, plane=plane, sectors=sectors)
+        found = creasing(material, plane=plane, settings=CreasingSettings(sectors=sectors))
     except CreasingError as error:
         row += [str(error), "", "", "", ""]
     else:

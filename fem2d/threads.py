@@ -1,4 +1,4 @@
-"""The threads that mechanics computes on, and how they share the interpreter."""
+"""The threads of a computation, and how they share the interpreter."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ P = ParamSpec("P")
 Result = TypeVar("Result")
 
 SWITCH_S = 5e-4
-"""How long a thread may keep the interpreter from another. By default ten times as long, for which
-the solver, back from a factorisation, would wait while the last increment is reported: a tenth of
-a replay's time."""
+"""Time, s, for which a thread may keep the interpreter from another. Python's default is ten times
+as long. The solver, back from a factorisation, would wait for so long while the last increment is
+reported: a tenth of the time of a replay."""
 
 
 class ThreadsError(DrinksimError):
-    """Threads were asked for that mechanics cannot use."""
+    """A number of threads is not supported."""
 
 
 class Threads:
-    """One or two threads. How many there are changes no bit of a result.
+    """One or two threads; results are the same to the last bit for both.
 
-    Kernels and factorisations release the interpreter, so two of them run side by side. A task
-    that itself hands tasks to the same threads gets them done, one after another, where it runs.
+    Kernels and factorisations release the interpreter's lock, so that two of them run at once. A
+    task may hand tasks to the threads it runs on: these then run one after another in its place.
 
     Parameters
     ----------
     count
-        1: everything runs on the caller's thread; 2: half of the work runs on a second one.
+        1: everything runs on the caller's thread. 2: half of the work runs on a second one.
     """
 
     def __init__(self, count: int = 2) -> None:
@@ -47,7 +47,7 @@ class Threads:
         return f"Threads({self.count})"
 
     def run(self, tasks: Sequence[Callable[[], Result]]) -> list[Result]:
-        """Return what tasks return: the first one's here, the others' on the second thread."""
+        """Return the results of tasks: the first runs here, the others on the second thread."""
         if len(tasks) < 2 or self.count == 1 or not self._free.acquire(blocking=False):
             return [task() for task in tasks]
         try:
@@ -62,12 +62,12 @@ class Threads:
             self._free.release()
 
     def aside(self) -> Executor:
-        """Return what does tasks, in order, beside everything else; on one thread, at once."""
+        """Return an executor that runs tasks in order in the background; at once on one thread."""
         return ThreadPoolExecutor(1, "aside") if self.count > 1 else _AtOnce()
 
     @contextmanager
     def tuned(self) -> Iterator[None]:
-        """Let threads hand the interpreter to one another quickly, as long as the context lasts."""
+        """Let threads hand over the interpreter quickly for as long as the context lasts."""
         before = sys.getswitchinterval()
         sys.setswitchinterval(min(before, SWITCH_S))
         try:

@@ -1,20 +1,20 @@
-"""When a compressed surface creases: a fold that touches itself costs as little as staying flat.
+"""Creasing of a compressed surface: when a fold in self-contact needs no more energy than flatness.
 
-A flat surface can be stable against small waves (:mod:`fem2d.analyses.wrinkling`) and yet prefer a
-fold of finite depth. A half-space has no length of its own, so a crease of depth ``d`` costs
+A flat surface can be stable against small waves (:mod:`fem2d.analyses.wrinkling`) and unstable
+against a fold of finite depth. A half-space has no length scale, so a crease of depth ``d`` has
 
     ΔU(ε, d) = d² f(ε) more energy, per thickness, than the flat surface under the same compression
 
-and the creasing strain is the root of ``f``: below it a crease of any size opens again, above it
-one of any size grows (Hong, Zhao and Suo 2009). What deep inside is a half-space is any smooth
-surface seen from near enough, so the compression *along the surface* decides, whatever lies below.
+and the creasing strain is the root of ``f``: below it a crease of any size opens, above it one of
+any size grows (Hong, Zhao and Suo 2009). Every smooth surface is a half-space on a small enough
+scale, so the compression *along the surface* decides, whatever lies below.
 
 Here ``f`` comes from one fold of depth 1 in half of a large half-disc around its bottom. The fold
-is symmetric, so its middle plane is a frictionless wall on which the surface may lie but which it
-cannot pull: nodes of the surface are held on the wall while it pushes them and freed where it would
-pull (an active set). The bottom of the fold is kept at its depth, the rim of the disc at the
-homogeneous deformation. The mesh is a fan, finer towards the bottom of the fold by constant ratio,
-for the solution there has no length of its own either.
+is symmetric, so its middle plane is a frictionless wall that pushes the surface but cannot pull it:
+nodes of the surface are held on the wall while it pushes them and freed where it would pull (an
+active set). The bottom of the fold is held at its depth, the rim of the disc at the homogeneous
+deformation. The mesh is a fan, refined towards the bottom of the fold by a constant ratio, because
+the solution there has no length scale either.
 """
 
 from __future__ import annotations
@@ -34,22 +34,10 @@ from fem2d.materials.material import Material
 from fem2d.solvers.model import Model
 from fem2d.solvers.static import StaticResult, kept_at, solve_static
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import setting
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-FINEST = 0.025
-"""Radius of the innermost ring of elements, in depths of the fold."""
-RIM = 80.0
-"""Radius of the disc in depths of the fold; what is cut off counts with its inverse square."""
-FIRST_STRAIN, DEEPEST_STRAIN = 0.3, 0.7
-STRAIN_STEP, FINE_STEP = 0.02, 0.002
-FIRST_FOLD = 0.5
-"""Undeformed length of surface that is folded first, in depths."""
-FIRST_STEPS = 24
-TOUCH = 1e-9
-STRAIN_TOLERANCE = 1e-5
-ACTIVE_SET_LIMIT, SECANTS = 60, 20
 
 
 class CreasingError(DrinksimError):
@@ -57,8 +45,73 @@ class CreasingError(DrinksimError):
 
 
 @dataclass(frozen=True)
+class CreasingSettings:
+    """Mesh and search of the creasing strain; lengths in depths of the fold.
+
+    Parameters
+    ----------
+    sectors
+        Elements around the bottom of the fold, in the right angle between surface and middle plane.
+    finest
+        Radius of the innermost ring of elements.
+    rim
+        Radius of the disc; its error is proportional to the inverse square.
+    first_strain, largest_strain
+        Compressions at which the search begins and ends.
+    strain_step, fine_step
+        Step of the compression far from the root, and the first one of the secant method.
+    first_fold, first_steps
+        Undeformed length of surface that is folded at first, and the number of steps that fold it.
+    overlap
+        Overlap of the surface with the wall that counts as contact.
+    strain_tolerance
+        Error of the creasing strain.
+    active_set_changes, secants
+        Largest numbers of changes of the active set at one compression, and of secant steps.
+    """
+
+    sectors: int = setting(
+        default=16, minimum=2, maximum=500, description="elements around the bottom of the fold"
+    )
+    finest: float = setting(
+        default=0.025, above=0.0, maximum=1.0, description="radius of the innermost elements"
+    )
+    rim: float = setting(default=80.0, minimum=2.0, description="radius of the disc")
+    first_strain: float = setting(
+        default=0.3, above=0.0, maximum=0.99, description="compression at which the search begins"
+    )
+    largest_strain: float = setting(
+        default=0.7, above=0.0, maximum=0.99, description="compression at which the search ends"
+    )
+    strain_step: float = setting(
+        default=0.02, above=0.0, maximum=0.5, description="step of the compression"
+    )
+    fine_step: float = setting(
+        default=0.002, above=0.0, maximum=0.5, description="first step of the secant method"
+    )
+    first_fold: float = setting(
+        default=0.5, above=0.0, maximum=1.0, description="length of surface that is folded at first"
+    )
+    first_steps: int = setting(
+        default=24, minimum=1, maximum=1000, description="steps in which it is folded"
+    )
+    overlap: float = setting(
+        default=1e-9, above=0.0, maximum=0.1, description="overlap that counts as contact"
+    )
+    strain_tolerance: float = setting(
+        default=1e-5, above=0.0, maximum=0.1, description="error of the creasing strain"
+    )
+    active_set_changes: int = setting(
+        default=60, minimum=1, maximum=10_000, description="largest number of changes of contact"
+    )
+    secants: int = setting(
+        default=20, minimum=1, maximum=1000, description="largest number of secant steps"
+    )
+
+
+@dataclass(frozen=True)
 class Creasing:
-    """The compression from which on a surface prefers a crease.
+    """The compression above which a surface creases.
 
     Attributes
     ----------
@@ -67,14 +120,13 @@ class Creasing:
     folded
         Undeformed length of surface, on either side, that lies on the other: in depths of the fold.
     least_volume_ratio, flat_volume_ratio
-        Smallest volume over undeformed volume at the crease's integration points, and that of the
-        flat surface at the same compression: how far the material's compressibility was used.
+        Smallest volume ratio at the integration points of the crease, and that of the flat surface
+        at the same compression.
     least_log_strain, largest_log_strain
         Extreme principal logarithmic strains at the crease's integration points.
     force
-        Force that keeps the fold at its depth, over that depth and the energy density of the flat
-        surface. At the creasing strain a fold of any depth costs the same, so none should be
-        needed: what is left is the mesh's and the disc's.
+        Force that holds the fold at its depth, over that depth and the energy density of the flat
+        surface. It vanishes at the creasing strain but for errors of mesh and disc.
     """
 
     strain: float
@@ -87,8 +139,10 @@ class Creasing:
     force: float
 
 
-def creasing(material: Material, *, plane: Plane, sectors: int = 16) -> Creasing:
-    """Return at which compression a half-space creases.
+def creasing(
+    material: Material, *, plane: Plane, settings: CreasingSettings | None = None
+) -> Creasing:
+    """Return the compression at which a half-space creases.
 
     Parameters
     ----------
@@ -96,35 +150,35 @@ def creasing(material: Material, *, plane: Plane, sectors: int = 16) -> Creasing
         Of the half-space.
     plane
         Plane stress or plane strain.
-    sectors
-        Elements around the bottom of the fold, in the right angle between surface and middle plane;
-        those along a ray follow.
+    settings
+        Mesh and search.
 
     Raises
     ------
     CreasingError
-        If the plane assumption is axisymmetry, no crease becomes favourable between
-        ``FIRST_STRAIN`` and ``DEEPEST_STRAIN``, or equilibrium is lost before (the message says at
-        which compression).
+        If the plane assumption is axisymmetry, or no creasing strain is found between the first and
+        the largest compression of the search.
     """
     if plane is Plane.AXISYMMETRIC:
         raise CreasingError("plane = AXISYMMETRIC has no sideways compression: use STRESS, STRAIN")
-    if sectors < 2:
-        raise CreasingError(f"sectors = {sectors}: a fold needs at least 2, 16 are usual")
-    half = _HalfDisc(Body(_fan(sectors), material, plane=plane))
+    chosen = settings or CreasingSettings()
+    if chosen.sectors < 2:
+        raise CreasingError(f"sectors = {chosen.sectors}: a fold needs at least 2, 16 are usual")
+    half = _HalfDisc(Body(_fan(chosen), material, plane=plane), chosen)
     strain, fold = half.roughly(half.first_fold())
-    fold = half.settled(strain, fold)
-    cost, step = half.cost(strain, fold), FINE_STEP
-    # The secant method: near the root, the cost of a fold in equilibrium is smooth and falls.
-    for _ in range(SECANTS):
+    fold = half.in_contact(strain, fold)
+    cost, step = half.cost(strain, fold), chosen.fine_step
+    # The secant method: near the root, the energy of a fold in equilibrium is smooth and falls.
+    for _ in range(chosen.secants):
         strain, cost_before = strain + step, cost
-        fold = half.settled(strain, fold)
+        fold = half.in_contact(strain, fold)
         cost = half.cost(strain, fold)
-        step = float(np.clip(cost * step / (cost_before - cost), -STRAIN_STEP, STRAIN_STEP))
-        if abs(step) <= STRAIN_TOLERANCE:
+        longest = chosen.strain_step
+        step = float(np.clip(cost * step / (cost_before - cost), -longest, longest))
+        if abs(step) <= chosen.strain_tolerance:
             break
     else:
-        raise CreasingError(f"the creasing strain did not settle; last tried {strain:.2%}")
+        raise CreasingError(f"the search for the creasing strain did not converge at {strain:.2%}")
     fields = half.body.fields(fold.displacement)
     volume = np.linalg.det(fields.deformation_gradient)
     flat = half.body.fields(half.flat(strain))
@@ -158,6 +212,7 @@ class _HalfDisc:
     """Half of the half-disc around the bottom of a fold, the quarter x ≥ 0, y ≤ 0 of a disc."""
 
     body: Body
+    settings: CreasingSettings
     surface: Index = field(init=False)
     """Nodes of the free surface without the bottom of the fold, which is node 0."""
     middle: Index = field(init=False)
@@ -183,62 +238,65 @@ class _HalfDisc:
         return flat
 
     def first_fold(self) -> _Fold:
-        """Return a fold at the first strain, made by turning a piece of surface and sinking it."""
-        nodes, flat = self.body.nodes, self.flat(FIRST_STRAIN)
-        piece = self.surface[nodes[self.surface, 0] <= FIRST_FOLD]
-        turned = np.append(piece, 0)
+        """Return a fold at the first strain, made by turning some surface and lowering it."""
+        first, folded = self.settings.first_strain, self.settings.first_fold
+        nodes, flat = self.body.nodes, self.flat(first)
+        lying = self.surface[nodes[self.surface, 0] <= folded]
+        turned = np.append(lying, 0)
         along = nodes[turned, 0]
         displacement = flat
-        for share in np.linspace(0, 1, FIRST_STEPS + 1)[1:]:
+        for share in np.linspace(0, 1, self.settings.first_steps + 1)[1:]:
             angle = 0.5 * math.pi * share
-            stretch = (1 - share) * (1 - FIRST_STRAIN) + share
-            x = (1 - FIRST_STRAIN) * math.cos(angle) * along if share < 1 else 0 * along
-            y = -math.sin(angle) * stretch * (FIRST_FOLD - along) - share * (1 - FIRST_FOLD)
+            stretch = (1 - share) * (1 - first) + share
+            x = (1 - first) * math.cos(angle) * along if share < 1 else 0 * along
+            y = -math.sin(angle) * stretch * (folded - along) - share * (1 - folded)
             target = flat.copy()
             target[turned] = np.column_stack([x, y]) - nodes[turned]
             held = np.concatenate([2 * turned, 2 * turned + 1])
-            displacement = self._rest(held, target, displacement, FIRST_STRAIN).displacement
-        return _Fold(displacement, piece)
+            displacement = self._rest(held, target, displacement, first).displacement
+        return _Fold(displacement, lying)
 
     def roughly(self, fold: _Fold) -> tuple[float, _Fold]:
-        """Return about where the first fold stops to cost energy, and its form a little before.
+        """Return an estimate of the creasing strain, and the fold at a compression before it.
 
-        The fold is held on its middle plane all along, pulled or not.
+        The nodes of the fold are held on its middle plane, pushed or pulled.
         """
-        strain, step = FIRST_STRAIN, STRAIN_STEP
+        settings = self.settings
+        strain, step = settings.first_strain, settings.strain_step
         fold = _Fold(self._held(strain, fold).displacement, fold.lying)
         cost = self.cost(strain, fold)
         if cost <= 0:
             raise CreasingError(
-                f"a crease is favourable at a compression of {strain:.0%} already: softer than "
-                "any material that this search was made for"
+                f"a crease forms below a compression of {strain:.0%}, where the search begins: "
+                "use a smaller first_strain"
             )
-        while strain + step <= DEEPEST_STRAIN:
+        while strain + step <= settings.largest_strain:
             try:
                 deeper = _Fold(self._held(strain + step, fold).displacement, fold.lying)
             except CreasingError:
                 step /= 2
-                if step < FINE_STEP:
+                if step < settings.fine_step:
                     raise
                 continue
             cost_before, cost = cost, self.cost(strain + step, deeper)
             if cost <= 0:
                 return strain + step * cost_before / (cost_before - cost), fold
             strain, fold = strain + step, deeper
-        raise CreasingError(f"no crease is favourable to a compression of {DEEPEST_STRAIN:.0%}")
+        largest = settings.largest_strain
+        raise CreasingError(f"no crease forms up to a compression of {largest:.0%}")
 
-    def settled(self, strain: float, fold: _Fold) -> _Fold:
-        """Return the fold of depth 1 under a compression, searched from another one."""
-        for _ in range(ACTIVE_SET_LIMIT):
+    def in_contact(self, strain: float, fold: _Fold) -> _Fold:
+        """Return the fold of depth 1 in equilibrium at a compression, searched from another one."""
+        for _ in range(self.settings.active_set_changes):
             rest = self._held(strain, fold)
             pushed = fold.lying[rest.reaction[2 * fold.lying] > 0]
             x = self.body.nodes[self.surface, 0] + rest.displacement[self.surface, 0]
-            lying = np.union1d(pushed, self.surface[x < -TOUCH])
+            lying = np.union1d(pushed, self.surface[x < -self.settings.overlap])
             if np.array_equal(lying, fold.lying):
                 return _Fold(rest.displacement, lying, float(rest.reaction[1]))
             fold = _Fold(rest.displacement, lying)
         raise CreasingError(
-            f"where the fold touches itself did not settle at a compression of {strain:.1%}"
+            f"the contact of the fold did not converge at a compression of {strain:.1%}"
         )
 
     def _held(self, strain: float, fold: _Fold) -> StaticResult:
@@ -261,15 +319,16 @@ class _HalfDisc:
         load = Load(held_mm=target.ravel()[fixed])
         rest = solve_static(model, load, start=kept_at(model, start))
         if not rest.converged:
-            raise CreasingError(f"a fold found no equilibrium at a compression of {strain:.1%}")
+            raise CreasingError(f"a fold has no equilibrium at a compression of {strain:.1%}")
         return rest
 
 
-def _fan(sectors: int) -> skfem.MeshTri:
+def _fan(settings: CreasingSettings) -> skfem.MeshTri:
     """Return a quarter disc of rings that grow in proportion to their radius; node 0 its centre."""
+    sectors, growth = settings.sectors, settings.rim / settings.finest
     turn = 0.5 * math.pi / sectors
-    rings = math.ceil(math.log(RIM / FINEST) / math.log1p(turn))
-    radius = FINEST * (RIM / FINEST) ** (np.arange(rings + 1) / rings)
+    rings = math.ceil(math.log(growth) / math.log1p(turn))
+    radius = settings.finest * growth ** (np.arange(rings + 1) / rings)
     angle = -turn * np.arange(sectors + 1)
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
     circle[0], circle[-1] = (1.0, 0.0), (0.0, -1.0)

@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,20 +22,52 @@ from fem2d.body.kinematics import STRESS
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.material import Array, Material
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import setting
 
-LONGEST_STEP = 0.02
-SEARCH_LIMIT = 3.0
 COLLAPSED = 0.5
-REFINEMENTS = 4
+"""Volume ratio below which a curve is called collapsed."""
+
 ROUNDING = 4 * float(np.finfo(float).eps)
 
 
 class HomogeneousError(DrinksimError):
-    """A homogeneous test was asked for that makes no sense."""
+    """A homogeneous test is described in a way that makes no sense."""
+
+
+@dataclass(frozen=True)
+class CubeSettings:
+    """How the response of a cube is followed from stretch to stretch.
+
+    Parameters
+    ----------
+    longest_step
+        Longest step of the logarithmic stretch.
+    search_limit
+        Largest distance from its last value within which the stretch of a free side is searched
+        for, as a logarithm.
+    refinements
+        Tenfold refinements of the stretch at which the material becomes unstable.
+    """
+
+    longest_step: float = setting(
+        default=0.02, above=0.0, maximum=1.0, description="longest step of the logarithmic stretch"
+    )
+    search_limit: float = setting(
+        default=3.0,
+        above=0.0,
+        maximum=100.0,
+        description="largest change of the logarithmic stretch of a free side in a step",
+    )
+    refinements: int = setting(
+        default=4,
+        minimum=1,
+        maximum=12,
+        description="tenfold refinements of the stretch at which the material becomes unstable",
+    )
 
 
 class Mode(Enum):
-    """What is done to the cube; the value says it in words."""
+    """Loading of the cube; the value describes it."""
 
     UNIAXIAL = "pulled or pressed along one axis, the other four faces free"
     EQUIBIAXIAL = "stretched alike along two axes, the third free"
@@ -44,7 +77,7 @@ class Mode(Enum):
 
 @dataclass(frozen=True)
 class Curve:
-    """The response of a cube, one row a stretch.
+    """The response of a cube at a series of stretches.
 
     Attributes
     ----------
@@ -74,11 +107,11 @@ class Curve:
     missing: tuple[float, ...]
 
     def warnings(self) -> list[str]:
-        """Return what must be said about the curve, one sentence each."""
-        said = []
+        """Return warnings about the curve, one sentence each."""
+        warnings = []
         for strain, word in zip(self.unstable_log_strain, ("compression", "tension"), strict=True):
             if math.isfinite(strain):
-                said.append(
+                warnings.append(
                     f"the material becomes unstable in {word} at logarithmic strain {strain:.3f} "
                     f"(stretch {math.exp(strain):.3f})"
                 )
@@ -86,21 +119,26 @@ class Curve:
         collapsed = self.log_strain[ratio < COLLAPSED]
         if collapsed.size:
             strain = float(collapsed[np.argmin(np.abs(collapsed))])
-            said.append(
+            warnings.append(
                 f"from logarithmic strain {strain:.3f} (stretch {math.exp(strain):.3f}) on the "
                 f"volume is below {COLLAPSED:g} of what it was: there the curve shows the "
                 "compressibility law, not the tissue"
             )
         if self.missing:
-            said.append(
+            warnings.append(
                 f"no equilibrium was found at {len(self.missing)} stretches between "
                 f"{min(self.missing):.3f} and {max(self.missing):.3f}: they are left out"
             )
-        return said
+        return warnings
 
 
 def homogeneous_response(
-    material: Material, mode: Mode, stretches: ArrayLike, *, axis: int = 0
+    material: Material,
+    mode: Mode,
+    stretches: ArrayLike,
+    *,
+    axis: int = 0,
+    settings: CubeSettings | None = None,
 ) -> Curve:
     """Return the response of a cube of ``material`` at ``stretches`` (n,) of the loaded axis.
 
@@ -114,11 +152,13 @@ def homogeneous_response(
         Stretches of the loaded axis, positive.
     axis
         The loaded axis; the next one (cyclically) is the second, the one after it the thickness.
+    settings
+        How stretches follow one another.
 
     Raises
     ------
     HomogeneousError
-        If a stretch is not positive, or a compression test is asked to pull.
+        If a stretch is not positive, or above 1 in a compression test.
     """
     wanted = np.unique(np.asarray(stretches, float))
     if wanted.size == 0 or not np.all(wanted > 0):
@@ -129,11 +169,12 @@ def homogeneous_response(
     if mode is Mode.COMPRESSION and wanted.max() > 1:
         raise HomogeneousError(f"compression up to stretch {wanted.max():g}: give stretches ≤ 1")
     cube = _turned(material, axis)
-    solved, missing = _solved(cube, mode, wanted)
+    chosen = settings or CubeSettings()
+    solved, missing = _solved(cube, mode, wanted, chosen)
     log_strain: Array = np.log(solved.stretches[:, 0])
     crossings = (
-        _crossing(cube, mode, log_strain[::-1], solved.stiffness[::-1], -1),
-        _crossing(cube, mode, log_strain, solved.stiffness, 1),
+        _crossing(cube, mode, log_strain[::-1], solved.stiffness[::-1], -1, chosen),
+        _crossing(cube, mode, log_strain, solved.stiffness, 1, chosen),
     )
     stretch = solved.stretches[:, 0].copy()
     cauchy = solved.nominal * stretch / np.prod(solved.stretches, axis=1)
@@ -158,11 +199,13 @@ class _Solved:
     stiffness: Array
 
 
-def _solved(cube: Material, mode: Mode, wanted: Array) -> tuple[_Solved, tuple[float, ...]]:
+def _solved(
+    cube: Material, mode: Mode, wanted: Array, settings: CubeSettings
+) -> tuple[_Solved, tuple[float, ...]]:
     """Return the states found at ascending stretches, and the stretches where none was."""
-    row = cube.packed()
+    packed = cube.packed()
     above, below = wanted[wanted >= 1], wanted[wanted < 1][::-1]
-    states = _followed(row, mode, above) | _followed(row, mode, below)
+    states = _followed(packed, mode, above, settings) | _followed(packed, mode, below, settings)
     found = [state for s in wanted if (state := states[float(s)]) is not None]
     missing = tuple(float(s) for s in wanted if states[float(s)] is None)
     sides = np.array([state[0] for state in found]).reshape(-1, 3)
@@ -171,19 +214,22 @@ def _solved(cube: Material, mode: Mode, wanted: Array) -> tuple[_Solved, tuple[f
     return _Solved(sides, np.array([state[1] for state in found]), stiffness), missing
 
 
-State = tuple[tuple[float, float, float], float]
+CubeState: TypeAlias = tuple[tuple[float, float, float], float]
+"""Stretches and nominal stress, MPa."""
 
 
-def _followed(row: Array, mode: Mode, targets: Array) -> dict[float, State | None]:
+def _followed(
+    packed: Array, mode: Mode, targets: Array, settings: CubeSettings
+) -> dict[float, CubeState | None]:
     """Return the state at each target, reached from the undeformed cube in small steps."""
-    states: dict[float, State | None] = {}
+    states: dict[float, CubeState | None] = {}
     log_side, side_slope, at = 0.0, 0.0, 0.0
     for target in targets:
         goal = math.log(target)
-        steps = max(1, math.ceil(abs(goal - at) / LONGEST_STEP))
-        state: State | None = None
+        steps = max(1, math.ceil(abs(goal - at) / settings.longest_step))
+        state: CubeState | None = None
         for e in np.linspace(at, goal, steps + 1)[1:]:
-            state = _state(row, mode, float(e), log_side + side_slope * (e - at))
+            state = _state(packed, mode, float(e), log_side + side_slope * (e - at), settings)
             if state is None:
                 break
             new = math.log(state[0][1])
@@ -194,16 +240,20 @@ def _followed(row: Array, mode: Mode, targets: Array) -> dict[float, State | Non
     return states
 
 
-def _state(row: Array, mode: Mode, log_stretch: float, guess: float) -> State | None:
+def _state(
+    packed: Array, mode: Mode, log_stretch: float, guess: float, settings: CubeSettings
+) -> CubeState | None:
     """Return the stretches and nominal stress at a logarithmic stretch, None if not found."""
     stretch = math.exp(log_stretch)
     x = np.array([stretch, 0.0, 0.0, stretch, 1.0])
     P, A = np.zeros(5), np.zeros((5, 5))
-    block, scratch = work_space(len(row))
+    block, scratch = work_space(len(packed))
 
     def evaluate(log_side: float) -> tuple[float, bool]:
         x[3] = math.exp(log_side)
-        _, admissible = section_response(row, STRESS, x, 0.0, False, 2, False, P, A, block, scratch)
+        _, admissible = section_response(
+            packed, STRESS, x, 0.0, False, 2, False, P, A, block, scratch
+        )
         return x[3] * P[3], admissible
 
     if mode is Mode.EQUIBIAXIAL:
@@ -211,7 +261,7 @@ def _state(row: Array, mode: Mode, log_stretch: float, guess: float) -> State | 
     elif mode is Mode.PLANAR:
         admissible = evaluate(0.0)[1]
     else:
-        root = _free_side(evaluate, guess)
+        root = _free_side(evaluate, guess, settings.search_limit)
         if root is None:
             return None
         admissible = evaluate(root)[1]
@@ -220,13 +270,15 @@ def _state(row: Array, mode: Mode, log_stretch: float, guess: float) -> State | 
     return (stretch, float(x[3]), float(x[4])), float(P[0])
 
 
-def _free_side(evaluate: Callable[[float], tuple[float, bool]], guess: float) -> float | None:
+def _free_side(
+    evaluate: Callable[[float], tuple[float, bool]], guess: float, limit: float
+) -> float | None:
     """Return the log stretch nearest to ``guess`` at which a free side carries no force.
 
-    The force must grow through zero there: elsewhere the side would run away.
+    The force must increase with the stretch there; otherwise the side would be unstable.
     """
     width = 1e-3
-    while width < SEARCH_LIMIT:
+    while width < limit:
         low, high = guess - width, guess + width
         at_low, at_high = evaluate(low), evaluate(high)
         if at_low[1] and at_high[1] and at_low[0] <= 0 <= at_high[0]:
@@ -252,14 +304,21 @@ def _log_stiffness(material: Material, F: Array, sides: Array) -> Array:
     return stiffness
 
 
-def _crossing(cube: Material, mode: Mode, log_strain: Array, stiffness: Array, sign: int) -> float:
+def _crossing(
+    cube: Material,
+    mode: Mode,
+    log_strain: Array,
+    stiffness: Array,
+    sign: int,
+    settings: CubeSettings,
+) -> float:
     """Return the strain at which the stiffness first stops being positive on one branch, or nan.
 
     Strains are given outwards from zero (and beyond it on the other branch, which is left out).
     """
     branch = sign * log_strain >= 0
     e, s = log_strain[branch], stiffness[branch]
-    for _ in range(REFINEMENTS):
+    for _ in range(settings.refinements):
         lost = np.flatnonzero(s <= 0)
         if lost.size == 0:
             return math.nan
@@ -267,6 +326,6 @@ def _crossing(cube: Material, mode: Mode, log_strain: Array, stiffness: Array, s
         if i == 0:
             return float(e[0])
         inside = np.exp(np.sort(np.linspace(e[i - 1], e[i], 11)))
-        solved, _ = _solved(cube, mode, inside)
+        solved, _ = _solved(cube, mode, inside, settings)
         e, s = np.log(solved.stretches[::sign, 0]), solved.stiffness[::sign]
     return float(e[int(np.argmax(s <= 0))]) if np.any(s <= 0) else math.nan

@@ -27,18 +27,49 @@ from fem2d.body.assembly import section_response, work_space
 from fem2d.body.kinematics import Plane
 from fem2d.materials.material import Material
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import setting
 
 Array = NDArray[np.float64]
 
-LAYER_ELEMENTS = 48
-STRAIN_STEP = 0.01
-DEEPEST_STRAIN = 0.85
 BANDS = 6
+"""Diagonals of the banded matrix of two unknowns a node and quadratic elements."""
+
 SYMMETRY = 1e-9
+"""Coupling of normal and shear strains, over the largest modulus, that counts as rounding."""
 
 
 class StabilityError(DrinksimError):
-    """A layered surface was described whose stability cannot be computed."""
+    """The stability of a layered surface cannot be computed."""
+
+
+@dataclass(frozen=True)
+class WrinklingSettings:
+    """Discretisation of the layers, and how the critical compression is searched for.
+
+    Parameters
+    ----------
+    elements
+        Quadratic elements through each layer.
+    strain_step
+        Step of the compression in the search for the first unstable one.
+    largest_strain
+        Compression at which the search ends.
+    strain_tolerance
+        Width of the interval in which the critical compression is known in the end.
+    """
+
+    elements: int = setting(
+        default=48, minimum=1, maximum=10_000, description="quadratic elements through each layer"
+    )
+    strain_step: float = setting(
+        default=0.01, above=0.0, maximum=0.5, description="step of the compression in the search"
+    )
+    largest_strain: float = setting(
+        default=0.85, above=0.0, maximum=0.99, description="compression at which the search ends"
+    )
+    strain_tolerance: float = setting(
+        default=1e-7, above=0.0, maximum=0.1, description="error of the critical compression"
+    )
 
 
 @dataclass(frozen=True)
@@ -61,7 +92,7 @@ class Wrinkling:
         Undeformed wavelength of the mode.
     wavelengths_mm, strains
         (m,) the curve: compression at which each wavelength becomes unstable, nan where none does
-        before ``DEEPEST_STRAIN``.
+        up to the largest compression that is searched.
     """
 
     strain: float
@@ -72,7 +103,11 @@ class Wrinkling:
 
 
 def wrinkling(
-    layers: Sequence[Layer], *, plane: Plane, wavelengths_mm: ArrayLike | None = None
+    layers: Sequence[Layer],
+    *,
+    plane: Plane,
+    wavelengths_mm: ArrayLike | None = None,
+    settings: WrinklingSettings | None = None,
 ) -> Wrinkling:
     """Return at which compression, and how long, a layered surface wrinkles first.
 
@@ -83,8 +118,10 @@ def wrinkling(
     plane
         Plane stress or plane strain.
     wavelengths_mm
-        (m,) undeformed wavelengths to look at; by default from half the thinnest layer to four
-        times the whole depth.
+        (m,) undeformed wavelengths to test; by default from half the thinnest layer to four times
+        the whole depth.
+    settings
+        Discretisation and search.
 
     Raises
     ------
@@ -98,22 +135,23 @@ def wrinkling(
         )
     if not layers or min(layer.thickness_mm for layer in layers) <= 0:
         raise StabilityError("give at least one layer, each with a thickness_mm above 0")
+    chosen = settings or WrinklingSettings()
     thicknesses = [layer.thickness_mm for layer in layers]
     if wavelengths_mm is None:
         wavelengths = np.geomspace(min(thicknesses) / 2, 4 * sum(thicknesses), 40)
     else:
         wavelengths = np.asarray(wavelengths_mm, float)
-    strains = np.array([_first_unstable(layers, plane, length) for length in wavelengths])
+    strains = np.array([_first_unstable(layers, plane, length, chosen) for length in wavelengths])
     if np.all(np.isnan(strains)):
         raise StabilityError(
-            f"the surface stays stable to a compression of {DEEPEST_STRAIN:.0%} at all wavelengths "
-            f"from {wavelengths.min():g} to {wavelengths.max():g} mm: look at others"
+            f"the surface is stable up to a compression of {chosen.largest_strain:.0%} at all "
+            f"wavelengths from {wavelengths.min():g} to {wavelengths.max():g} mm: try others"
         )
     best = int(np.nanargmin(strains))
     length, strain = float(wavelengths[best]), float(strains[best])
     if 0 < best < len(wavelengths) - 1 and not np.isnan(strains[best - 1 : best + 2]).any():
         refined = minimize_scalar(
-            lambda log_length: _first_unstable(layers, plane, math.exp(log_length)),
+            lambda log_length: _first_unstable(layers, plane, math.exp(log_length), chosen),
             bounds=(math.log(wavelengths[best - 1]), math.log(wavelengths[best + 1])),
             method="bounded",
             options={"xatol": 1e-3},
@@ -123,19 +161,22 @@ def wrinkling(
     return Wrinkling(strain, -math.log1p(-strain), length, wavelengths, strains)
 
 
-def _first_unstable(layers: Sequence[Layer], plane: Plane, wavelength: float) -> float:
-    """Return the smallest compression at which a wave of this length costs nothing, or nan."""
+def _first_unstable(
+    layers: Sequence[Layer], plane: Plane, wavelength: float, settings: WrinklingSettings
+) -> float:
+    """Return the smallest compression at which a wave of this length is unstable, or nan."""
+    step = settings.strain_step
     k = 2 * math.pi / wavelength
-    grids = [_levels(layer.thickness_mm, wavelength) for layer in layers]
+    grids = [_levels(layer.thickness_mm, wavelength, settings.elements) for layer in layers]
     low = 0.0
-    for high in np.arange(STRAIN_STEP, DEEPEST_STRAIN, STRAIN_STEP):
+    for high in np.arange(step, settings.largest_strain, step):
         if not _stable(layers, grids, plane, k, float(high)):
             break
         low = float(high)
     else:
         return math.nan
-    high = low + STRAIN_STEP
-    while high - low > 1e-7:
+    high = low + step
+    while high - low > settings.strain_tolerance:
         middle = 0.5 * (low + high)
         if _stable(layers, grids, plane, k, middle):
             low = middle
@@ -144,14 +185,14 @@ def _first_unstable(layers: Sequence[Layer], plane: Plane, wavelength: float) ->
     return high
 
 
-def _levels(thickness: float, wavelength: float) -> Array:
+def _levels(thickness: float, wavelength: float, elements: int) -> Array:
     """Return the element boundaries of a layer, graded towards its upper side.
 
-    A wave dies out over its length, so elements deeper down may be larger.
+    A wave decays over its length, so elements deeper down may be larger.
     """
     reach = min(thickness, wavelength)
     ratio = thickness / reach
-    s = np.linspace(0, 1, LAYER_ELEMENTS + 1)
+    s = np.linspace(0, 1, elements + 1)
     return thickness * (s if ratio <= 1 else np.expm1(s * math.log1p(4 * ratio)) / (4 * ratio))
 
 
@@ -196,17 +237,17 @@ def free_height(material: Material, plane: Plane, stretch: float) -> tuple[float
     -------
     tuple or None
         Stretch across the surface at which nothing acts on it, and ∂P/∂F (5, 5) of the section's
-        entries (F₁₁, F₁₂, F₂₁, F₂₂, F₃₃); None if there is no such stretch.
+        components (F₁₁, F₁₂, F₂₁, F₂₂, F₃₃); None if there is no such stretch.
     """
-    row = material.packed()
+    packed = material.packed()
     x = np.array([stretch, 0.0, 0.0, 1.0, 1.0])
     P, A = np.zeros(5), np.zeros((5, 5))
-    block, scratch = work_space(len(row))
+    block, scratch = work_space(len(packed))
 
     def traction(log_side: float) -> float:
         x[3] = math.exp(log_side)
         _, admissible = section_response(
-            row, plane.value, x, 0.0, False, 2, False, P, A, block, scratch
+            packed, plane.value, x, 0.0, False, 2, False, P, A, block, scratch
         )
         return float(P[3]) if admissible else math.copysign(math.inf, log_side)
 

@@ -21,7 +21,7 @@ Index32 = NDArray[np.int32]
 
 @compiled
 def work_space(packed_length: int) -> tuple[Array, Array]:
-    """Return the ``block`` and ``scratch`` of :func:`section_response` for rows of this length."""
+    """Return the ``block`` and ``scratch`` of :func:`section_response` for laws of this length."""
     return np.empty((3, 3)), np.empty((max(6, packed_length), 6))
 
 
@@ -61,34 +61,39 @@ def section_components(
     values: Array,
     radius: Array,
     plane: int,
-    entries: Array,
+    components: Array,
 ) -> None:
-    """Fill the section entries (e, q, 5) of every integration point; in plane stress F₃₃ is 1."""
+    """Fill the components (e, q, 5) of F at every integration point; in plane stress F₃₃ is 1."""
     elements, points = radius.shape
     for e in range(elements):
         for q in range(points):
             gradient_at(
-                u, connectivity[e], gradients[e, q], values[q], radius[e, q], plane, entries[e, q]
+                u,
+                connectivity[e],
+                gradients[e, q],
+                values[q],
+                radius[e, q],
+                plane,
+                components[e, q],
             )
 
 
 @compiled
 def section_stresses(
-    entries: Array, rows: Array, row_of: Index, plane: int, energy: Array, stress: Array
+    components: Array, laws: Array, law_of: Index, plane: int, energy: Array, stress: Array
 ) -> None:
-    """Fill ψ (e, q) and the first Piola–Kirchhoff stress (e, q, 5) at section entries (e, q, 5).
+    """Fill ψ (e, q) and the first Piola–Kirchhoff stress (e, q, 5) at components (e, q, 5) of F.
 
-    In plane stress the entries get their F₃₃. A point that is not admissible gets an infinite
-    energy.
+    In plane stress F₃₃ is filled in. A point that is not admissible gets an infinite energy.
     """
     A = np.zeros((5, 5))
-    block, scratch = work_space(rows.shape[1])
+    block, scratch = work_space(laws.shape[1])
     elements, points = energy.shape
     for e in range(elements):
         for q in range(points):
             energy[e, q], _ = section_response(
-                rows[row_of[e]], plane, entries[e, q], 0.0, False, 1, False, stress[e, q], A, block,
-                scratch,
+                laws[law_of[e]], plane, components[e, q], 0.0, False, 1, False, stress[e, q], A,
+                block, scratch,
             )  # fmt: skip
 
 
@@ -96,7 +101,7 @@ def section_stresses(
 def gradient_at(
     u: Array, nodes: Index, gradients: Array, values: Array, radius: float, plane: int, x: Array
 ) -> None:
-    """Fill the section entries ``x`` (5,) at one point: F = I + Σ u_a ⊗ ∇N_a, F₃₃ = 1 + u_r/R."""
+    """Fill the components ``x`` (5,) of F at one point: F = I + Σ u_a ⊗ ∇N_a, F₃₃ = 1 + u_r/R."""
     x[0] = x[3] = x[4] = 1.0
     x[1] = x[2] = 0.0
     for a in range(nodes.shape[0]):
@@ -141,8 +146,8 @@ def assemble(
     values: Array,
     weights: Array,
     radius: Array,
-    rows: Array,
-    row_of: Index,
+    laws: Array,
+    law_of: Index,
     plane: int,
     mixed: bool,
     order: int,
@@ -166,13 +171,13 @@ def assemble(
     connectivity, gradients, values, weights, radius
         (e, a) nodes, (e, q, a, 2) shape gradients, (q, a) shape functions, (e, q) volumes that
         the points stand for (mm³), (e, q) distances from the axis (mm; unused unless axisymmetric).
-    rows, row_of
-        (m, k) material rows and (e,) which one each element has.
+    laws, law_of
+        (m, k) packed parameters of the laws and (e,) which one each element has.
     plane, mixed, order, psd
         The section assumption; whether volumetric energies are those of element means; 0 energy,
         1 also force, 2 also stiffness; whether point tangents are clamped.
     first_slot, packed_length
-        (e, a, a) data position of each pair of nodes, (n,) entries in a row of a node.
+        (e, a, a) data position of each pair of nodes, (n,) length of the two rows of a node.
     first, last
         Elements first … last − 1 are summed.
     force, data
@@ -182,13 +187,13 @@ def assemble(
     points = weights.shape[1]
     x, P = np.empty(5), np.empty(5)
     A = np.zeros((5, 5))
-    block, scratch = work_space(rows.shape[1])
+    block, scratch = work_space(laws.shape[1])
     n = 2 * count
     fe, ke = np.empty(n), np.empty((n, n))
     dJ = np.empty(n)
     energy = 0.0
     for e in range(first, last):
-        packed = rows[row_of[e]]
+        packed = laws[law_of[e]]
         nodes = connectivity[e]
         pressure = volume = second = 0.0
         if mixed:

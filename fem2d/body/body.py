@@ -32,26 +32,27 @@ Index = NDArray[np.int64]
 
 
 SMALL_BODY = 500
-"""Bodies of fewer elements are summed in one go: handing half to a second thread costs more."""
+"""Bodies of fewer elements are summed in one loop: a second thread costs more than it saves."""
 
 
 class BodyError(DrinksimError):
-    """A body was described or questioned in a way that makes no sense."""
+    """A body is described, or evaluated, in a way that makes no sense."""
 
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What a body answers to a displacement.
+    """Energy, force and stiffness of a body at a displacement.
 
     Attributes
     ----------
     energy
-        Strain energy, N mm; infinite if a point is turned inside out or otherwise inadmissible.
+        Strain energy, N mm; infinite if the deformation is inadmissible: a volume ratio that is not
+        positive, or no thickness that balances plane stress.
     force
         (2n,) derivative of the energy with respect to the displacements, N.
     stiffness
-        (nnz,) derivative of the force, N/mm, data of the body's sparsity pattern; empty if it was
-        not asked for.
+        (nnz,) derivative of the force, N/mm, as data of the body's sparsity pattern; empty if only
+        the force was computed.
     """
 
     energy: float
@@ -176,7 +177,7 @@ class Body:
     def component(self, nodes: NDArray[np.integer]) -> Body:
         """Return the body made of the elements on some nodes (n,), ascending, and no others.
 
-        Its nodes have the same order. It is summed in one go, because components share the threads.
+        Its nodes keep their order. It is summed in one loop: components share the threads.
 
         Raises
         ------
@@ -212,8 +213,8 @@ class Body:
 
         A pure function. With ``psd`` the tangent of every integration point is clamped to
         positive semi-definite, which makes any step downhill; the force stays exact. An
-        inadmissible ``u`` gives infinite energy and finite arrays. ``threads`` share the work and
-        change no bit.
+        inadmissible ``u`` gives infinite energy and finite arrays. ``threads`` share the work; the
+        result is the same to the last bit for one and for two.
         """
         return self._assembled(u, 2, psd, threads)
 
@@ -227,11 +228,11 @@ class Body:
         Raises
         ------
         MaterialError
-            If a point is turned inside out: ask only for displacements of finite energy.
+            If a volume ratio is not positive: fields exist where the energy is finite.
         """
-        entries, piola, energy = self._point_responses(u)
+        components, piola, energy = self._point_responses(u)
         return fields_from(
-            entries, piola, energy, self.weights, self.materials, self.material_of,
+            components, piola, energy, self.weights, self.materials, self.material_of,
             mean_dilatation=self.element.mean_dilatation,
         )  # fmt: skip
 
@@ -244,7 +245,7 @@ class Body:
             self._radius, plane, components,
         )  # fmt: skip
         piola, energy = np.zeros_like(components), np.empty(self.weights.shape)
-        section_stresses(components, self._rows, self.material_of, plane, energy, piola)
+        section_stresses(components, self._laws, self.material_of, plane, energy, piola)
         return components, piola, energy
 
     def mass(self, density_tonne_per_mm3: float) -> Array:
@@ -276,8 +277,8 @@ class Body:
         """Return the edges of a named boundary in the order in which they follow one another.
 
         (m, 3) nodes first, last, middle, or (m, 2) for linear elements; the body lies on the left
-        of first → last. A boundary in several pieces gives them one after another, the piece with
-        the lowest-numbered first edge first.
+        of first → last. A boundary of several separate stretches gives them one after another, the
+        one with the lowest-numbered first edge first.
         """
         facets = self._facets(boundary)
         first, last = self.mesh.facets[:, facets]
@@ -359,7 +360,7 @@ class Body:
                 self.tables.values,
                 self.weights,
                 self._radius,
-                self._rows,
+                self._laws,
                 self.material_of,
                 self.plane.value,
                 self.element.mean_dilatation,
@@ -374,7 +375,7 @@ class Body:
             )
             return Response(float(energy), force.ravel(), data)
 
-        # Always the same two halves, whatever runs them: the bits do not depend on the machine.
+        # Always the same two halves, so that bits do not depend on the number of threads.
         elements = len(self.tables.connectivity)
         if elements < SMALL_BODY or not self.in_halves:
             return summed(0, elements)
@@ -396,7 +397,7 @@ class Body:
         return np.ascontiguousarray(self.tables.points[..., 0])
 
     @cached_property
-    def _rows(self) -> Array:
+    def _laws(self) -> Array:
         rows = [law.packed() for law in self.materials]
         table = np.zeros((len(rows), max(map(len, rows))))
         for target, row in zip(table, rows, strict=True):
@@ -478,7 +479,7 @@ def _unknown(kind: str, name: str, known: Mapping[str, Any]) -> str:
 
 
 def _chained(first: Index, last: Index) -> Index:
-    """Return the order in which edges first → last follow one another, piece after piece."""
+    """Return the order in which edges first → last follow one another, chain after chain."""
     follower = {int(node): i for i, node in enumerate(first)}
     has_predecessor = set(map(int, last))
     starts = [i for i, node in enumerate(first) if int(node) not in has_predecessor]

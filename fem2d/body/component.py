@@ -1,4 +1,4 @@
-"""One of the components that a body falls into, as a body with node numbers of its own."""
+"""A connected component of a body as a body with node numbers of its own."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ ABSENT = -1
 
 @dataclass(frozen=True, eq=False)
 class BodyComponent:
-    """A set of elements that shares no node with the rest of a body.
+    """A connected component: elements that share no node with the rest of a body.
 
     Parameters
     ----------
     whole
         The body.
     nodes
-        (n,) which of its nodes the component has, ascending.
+        (n,) its nodes that belong to the component, ascending.
     """
 
     whole: Body
@@ -46,13 +46,13 @@ class BodyComponent:
 
     @cached_property
     def dofs(self) -> Index:
-        """(2n,) which of the whole's unknowns the component has."""
+        """(2n,) the whole body's unknowns that belong to the component."""
         dofs: Index = (2 * self.nodes[:, None] + np.arange(2)).ravel()
         return dofs
 
     @cached_property
     def entries(self) -> Index:
-        """Where the entries of the component's stiffness lie in the data of the whole's."""
+        """(nnz,) where the component's stiffness lies in the data of the whole body's."""
         start = self.whole.pattern.indptr
         return np.concatenate([np.arange(start[dof], start[dof + 1]) for dof in self.dofs])
 

@@ -40,7 +40,7 @@ Index = NDArray[np.int64]
 
 
 class ElementError(DrinksimError):
-    """An element was asked for that does not exist or does not fit the mesh."""
+    """An element type does not exist or does not fit the mesh."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def element_named(name: str) -> Element:
 
 @dataclass(frozen=True)
 class Tables:
-    """What assembly needs to know of a mesh: nodes, connectivity, shape functions at the points.
+    """Nodes, connectivity and shape functions of a mesh, as assembly needs them.
 
     Attributes
     ----------

@@ -15,7 +15,7 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Fields:
-    """What a deformed body looks like at its integration points.
+    """Strains and stresses of a deformed body at its integration points.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ def fields_from(
     *,
     mean_dilatation: bool,
 ) -> Fields:
-    """Return the fields of points from what the laws answered there.
+    """Return the fields from the stresses and energies that the laws give at the points.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def fields_from(
     Raises
     ------
     MaterialError
-        If a point is turned inside out.
+        If a volume ratio is not positive.
     """
     F = np.zeros((*weights.shape, 3, 3))
     F[..., :2, :2] = components[..., :4].reshape(*weights.shape, 2, 2)
@@ -85,8 +85,8 @@ def fields_from(
     if not np.all(np.isfinite(energy)):
         at = np.unravel_index(np.argmax(~np.isfinite(energy)), energy.shape)
         raise MaterialError(
-            f"J = {J[at]:.4g} at a point of element {at[0]}: ask only for displacements of "
-            "finite energy"
+            f"J = {J[at]:.4g} at a point of element {at[0]}: fields exist only where the energy is "
+            "finite"
         )
     cauchy = np.zeros_like(F)
     section = piola[..., :4].reshape(*J.shape, 2, 2)

@@ -1,8 +1,8 @@
 """Plane stress, plane strain and axisymmetry: what fills the third direction of a section.
 
-A section's deformation gradient has five entries, ``x = (F₁₁, F₁₂, F₂₁, F₂₂, F₃₃)``; the other four
-are zero. F₃₃ is 1 in plane strain, r/R in axisymmetry, and in plane stress the root of P₃₃ = 0,
-which is then condensed out of the tangent. How the laws respond to such entries is in
+A section's deformation gradient has five components, ``x = (F₁₁, F₁₂, F₂₁, F₂₂, F₃₃)``; the other
+four are zero. F₃₃ is 1 in plane strain, r/R in axisymmetry, and in plane stress the root of P₃₃ =
+0, which is then condensed out of the tangent. How the laws respond to them is in
 :mod:`fem2d.body.section_principal` and :mod:`fem2d.body.section_fibres`; this module holds what
 both need.
 """

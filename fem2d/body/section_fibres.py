@@ -18,7 +18,7 @@ from geometry2d.compiled import compiled
 
 @compiled
 def fibres_thickness(packed: Array, x: Array, determinant: float) -> tuple[float, bool]:
-    """Return ln J for which P₃₃ = 0 at in-plane entries of ``x``, and whether it was found."""
+    """Return ln J for which P₃₃ = 0 at in-plane components of ``x``, and whether it was found."""
     v = 0.0
     low, high, previous = -math.inf, math.inf, math.inf
     for _ in range(NEWTON_LIMIT):
@@ -159,7 +159,7 @@ def fibres_section(
 def fibre_pull(
     x: Array, f33: float, m11: float, m12: float, m22: float, m33: float, H: Array
 ) -> None:
-    """Fill ``H`` (5,) with the section entries of F M."""
+    """Fill ``H`` (5,) with the five components of F M."""
     H[0] = x[0] * m11 + x[1] * m12
     H[1] = x[0] * m12 + x[1] * m22
     H[2] = x[2] * m11 + x[3] * m12

@@ -41,7 +41,7 @@ from geometry2d.compiled import compiled
 
 
 @compiled
-def principal_thickness(packed: Array, powers: Array) -> tuple[float, bool]:
+def principal_thickness(packed: Array, principal: Array) -> tuple[float, bool]:
     """Return ln J for which τ₃ = 0, and whether it was found; see ``principal_in_plane``.
 
     Halley's method from J = 1, so the result depends on e₁ and e₂ alone. The unknown is ln J and
@@ -56,7 +56,7 @@ def principal_thickness(packed: Array, powers: Array) -> tuple[float, bool]:
         for k in range(terms):
             alpha = packed[3 + 3 * k]
             scale = 2.0 * packed[2 + 3 * k] / alpha
-            first, second = 1.0 + powers[k, 0], 1.0 + powers[k, 1]
+            first, second = 1.0 + principal[k, 0], 1.0 + principal[k, 1]
             shrink = math.exp(-alpha * v / 3.0)
             across = scale / (first * second * shrink * shrink)
             inside = scale * (first + second) * shrink
@@ -104,13 +104,13 @@ def principal_section(
     block: Array,
     scratch: Array,
 ) -> tuple[float, bool]:
-    """Return ψ of a sum of powers at section entries ``x`` (5,), and whether x is admissible.
+    """Return ψ of a sum of powers at components ``x`` (5,), and whether x is admissible.
 
     ``order`` 0 computes the energy only, 1 also the stress ``P`` (5,), 2 also the tangent ``A``
-    (5, 5), clamped to positive semi-definite if ``psd``. In plane stress entry 5 of ``x`` is
+    (5, 5), clamped to positive semi-definite if ``psd``. In plane stress component 5 of ``x`` is
     found and filled, and condensed out of ``A``. If ``mixed``, the volumetric energy is left to the
     caller (it belongs to the element, not to the point) and ``pressure`` is its derivative with
-    respect to J. ``block`` (3, 3) and ``scratch`` (k, 6) are work space, with a row at least for
+    respect to J. ``block`` (3, 3) and ``scratch`` (k, 6) are work space, with at least one line for
     each term and 6 in all.
     """
     s1, s2, determinant = stretches_of(x[0], x[1], x[2], x[3])
@@ -150,7 +150,7 @@ def principal_section(
     gap = principal_difference(packed, e1 - e2, s2, scratch)
     twist = 0.5 * (tau1 + tau2 - gap * (s1 - s2) ** 2) / (s1 * s2)
     flip = 0.5 * (gap * (s1 + s2) ** 2 - tau1 - tau2) / (s1 * s2)
-    # ψ_Q q/Q = 2 twist q with q = half of the sums, likewise for r; back to the entries of F.
+    # ψ_Q q/Q = 2 twist q with q = half of the sums, likewise for r; back to the components of F.
     qx, qy = twist * (x[0] + x[3]), twist * (x[2] - x[1])
     rx, ry = flip * (x[0] - x[3]), flip * (x[1] + x[2])
     P[0] = 0.5 * (qx + rx)

@@ -16,7 +16,7 @@ Index32 = NDArray[np.int32]
 
 
 class PatternError(DrinksimError):
-    """A matrix entry was asked for that the pattern does not have."""
+    """A matrix entry lies outside the pattern."""
 
 
 @dataclass(frozen=True, eq=False)

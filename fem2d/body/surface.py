@@ -14,7 +14,7 @@ Index = NDArray[np.intp]
 
 
 class SurfaceError(DrinksimError):
-    """A surface was asked for that cannot carry contact."""
+    """A surface cannot carry contact or loads."""
 
 
 NODAL_RULES = {
@@ -148,7 +148,7 @@ class Surface:
         return chosen
 
     def carried(self, density: Array) -> Array:
-        """Return what each node carries of a load (m, q) per area: (m, k) along each edge."""
+        """Return the share of a load (m, q) per area that each node carries: (m, k), N."""
         along = [0, 2, 1] if self.edges.shape[1] == 3 else [0, 1]
         shares: Array = (self.weight * density) @ self.shape[:, along]
         return shares
@@ -182,7 +182,7 @@ def _with_points_between(
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return points and weights with ``count`` more points in every interval, and which these are.
 
-    They integrate nothing: each is there in case that it alone has to hold its interval.
+    They integrate nothing: each guards an interval that no node guards.
     """
     share = np.arange(count + 1) / (count + 1)
     interval = np.diff(local)

@@ -1,8 +1,8 @@
-"""What every contact offers, be it with a rigid outline or of deformable surfaces.
+"""The protocol of contact, with a rigid outline or between deformable surfaces.
 
-A contact remembers in a state what friction depends on. Evaluating is pure: the state handed in is
-that of the last committed instant, the response holds a trial state, which becomes committed only
-if the caller keeps it.
+The state of a contact holds what friction depends on. Evaluation is pure: it takes the state of the
+last committed instant, and its response holds a trial state, which becomes committed only if the
+caller keeps it.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ Index = NDArray[np.intp]
 
 
 class ContactState(Protocol):
-    """What a contact remembers of a committed instant: a frozen dataclass of arrays."""
+    """What friction depends on at a committed instant: a frozen dataclass of arrays."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
 
 class ContactResponse(Protocol):
-    """What a contact does at a trial displacement."""
+    """Forces of a contact at a trial displacement."""
 
     @property
     def contact(self) -> Contact:
-        """The contact that answered."""
+        """The contact."""
         ...
 
     @property
@@ -57,14 +57,14 @@ class ContactResponse(Protocol):
         ...
 
     def joins(self, component: Index) -> bool:
-        """Whether it presses one component of the body on another; (n,) which each node is of."""
+        """Whether it presses components on one another; (n,) component of each node."""
         ...
 
 
 class Contact(Protocol):
     """Surfaces of a body that may touch something.
 
-    ``placement`` is that of the moving rigid bodies; a contact without one leaves it alone.
+    ``placement`` is always that of the moving rigid bodies; other contacts ignore it.
     """
 
     within_elements: ClassVar[bool]
@@ -72,12 +72,12 @@ class Contact(Protocol):
 
     @property
     def name(self) -> str:
-        """What reports call it."""
+        """Name in reports."""
         ...
 
     @property
     def surfaces(self) -> tuple[Surface, ...]:
-        """The body's surfaces that may touch."""
+        """The surfaces of the body that may touch."""
         ...
 
     def initial_state(self, displacement: Array, placement: RigidPlacement) -> ContactState:
@@ -87,19 +87,18 @@ class Contact(Protocol):
     def with_first_contact(
         self, state: Any, displacement: Array, predicted: Array, placement: RigidPlacement
     ) -> ContactState:
-        """Return the state for a step from ``displacement`` that is expected to end at others.
+        """Return the state for a step that is predicted to end at other displacements.
 
-        A point that meets something on its way starts to stick where it does. Were its slip counted
-        from the start of the step, the way travelled through air would count as slip: the point
-        would begin its contact at the limit of friction, however it is touched, and what friction
-        remembers of that would depend on the length of the steps.
+        A point that meets something on its way sticks from there on. Counted from the start of the
+        step, its slip would include the distance travelled through air: contact would begin at the
+        limit of friction, and the result would depend on the length of the steps.
 
         Parameters
         ----------
         state
             At the committed instant.
         displacement, predicted
-            (n, 2) at the committed instant and, expected, at the end of the step, mm.
+            (n, 2) at the committed instant, and as predicted for the end of the step, mm.
         placement
             At the end of the step.
         """
@@ -135,13 +134,13 @@ class Contact(Protocol):
         ...
 
     def on_component(self, component: BodyComponent) -> ContactOnComponent | None:
-        """Return the contact as far as it lies on a component; None if it does not touch it."""
+        """Return the part of the contact that lies on a component; None if none does."""
         ...
 
 
 @dataclass(frozen=True)
 class ContactOnComponent:
-    """A contact as far as it lies on one component of the body.
+    """The part of a contact that lies on one component of the body.
 
     Attributes
     ----------

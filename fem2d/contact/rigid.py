@@ -3,7 +3,7 @@
 The virtual work of contact is ``∫ (p n + τ t)·δx dS`` over the reference surface, integrated at
 points with a friction state of their own: the nodes, or Gauss points (`fem2d.body.surface`).
 Pressure and friction come from `fem2d.contact.laws`, gap and slip from `fem2d.contact.gap`.
-What every contact offers is told in `fem2d.contact.contact`.
+`fem2d.contact.contact` defines what every contact offers.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 REACH_MM = 1.0
-"""Points farther than this from the outline's box cannot touch it; they are not projected."""
+"""Points farther than this from the outline's box are not projected: they cannot touch it."""
 
 SURELY_OPEN_MM = 0.1
-"""A point between nodes that a node's gap keeps farther away than this is not projected."""
+"""A point between nodes is not projected if the gap of a node proves it farther away than this."""
 
 POINTS_TO_LOOK_AT = 9
-"""Gauss points of an edge at which its penetration is told."""
+"""Gauss points of an edge at which its deepest penetration is measured."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,9 @@ class RigidContactState:
     Attributes
     ----------
     body_position
-        (m, q, 2) where in the rigid body's frame slip is counted from, mm: the point's position at
-        the committed instant; in a step in which the body reaches the point, where it does.
+        (m, q, 2) place in the rigid body's frame from which slip is counted, mm: the position of
+        the point at the committed instant, or, in a step in which the body first touches the point,
+        where it does.
     traction
         (m, q) tangential traction, MPa, positive along ``t = (−n_y, n_x)``.
     """
@@ -65,7 +66,7 @@ class RigidContactState:
 
 @dataclass(frozen=True)
 class RigidContactPoints:
-    """Everything known at the points of a contact pair, arrays (m, q) unless stated.
+    """Values at the points of a contact, arrays (m, q) unless stated.
 
     Pressure and shear are per reference length here; divide by the surface stretch for true values.
     """
@@ -95,9 +96,9 @@ class RigidContactResponse:
     Attributes
     ----------
     contact
-        The contact that answered.
+        The contact.
     displacement, placement
-        Of tissue, (n, 2), mm, and of the moving rigid bodies: what was asked.
+        Of the tissue, (n, 2), mm, and of the moving rigid bodies, at which it is evaluated.
     energy
         Energy stored in the normal penalty, N mm.
     edges
@@ -121,7 +122,7 @@ class RigidContactResponse:
     state: RigidContactState = field(repr=False)
 
     def joins(self, component: Index) -> bool:
-        """Return False: what lies between is rigid, and its place is prescribed."""
+        """Return False: between components lies a rigid body."""
         return False
 
 
@@ -142,9 +143,9 @@ class RigidContact:
     moving
         Whether the rigid body is moved by the load, or stands still.
     search
-        How it is told where a point enters the outline.
+        How the place where a point enters the outline is found.
     name
-        What reports call this contact.
+        Name in reports.
     """
 
     surface: Surface
@@ -362,7 +363,7 @@ class RigidContact:
         return ContactOnComponent(contact, lambda state: state)
 
     def _placed(self, placement: RigidPlacement) -> RigidPlacement:
-        """Return where this contact's body is when the moving ones are at ``placement``."""
+        """Return the placement of this contact's body when the moving ones are at ``placement``."""
         return placement if self.moving else UNMOVED
 
     def _pulled_back(self, displacement: Array, placement: RigidPlacement) -> Array:
@@ -460,7 +461,7 @@ def _evaluate(
         dx, dy = position[i, 0] - shift_x, position[i, 1] - shift_y
         body[i, 0], body[i, 1] = cosine * dx + sine * dy, -sine * dx + cosine * dy
         if is_between[i]:
-            # A distance changes by no more than the way between two points.
+            # The gap changes by no more than the distance between the two points.
             away = np.hypot(position[i, 0] - position[node, 0], position[i, 1] - position[node, 1])
             gap[i] = gap[node] - away
             if gap[i] > SURELY_OPEN_MM:

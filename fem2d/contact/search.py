@@ -1,7 +1,7 @@
-"""What the points of deformable surfaces meet along their normals: compiled searches.
+"""Search for what the points of deformable surfaces meet along their normals.
 
-A point on an edge looks along its own outward normal for other edges. Edges are arrays (m, k, 2) of
-the deformed places of their nodes, first, last and, on quadratic ones, middle.
+A ray along the outward normal of each point is intersected with the other edges. Edges are arrays
+(m, k, 2) of the deformed positions of their nodes: first, last and, on quadratic edges, middle.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ NONE = -1
 """No edge is met."""
 
 GROUP = 16
-"""So many edges that follow one another have a common box, looked at before each one's own."""
+"""Number of consecutive edges in one bounding box, which is tested before the edges' own boxes."""
 
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """How surfaces are looked for, and where contact begins.
+    """How surfaces are searched for, and how the place where contact begins is found.
 
     Parameters
     ----------
     entry_trials
-        Trials of false position for where a point enters what it meets within a step; the first is
-        exact where gaps change linearly.
+        Trials of false position for the place where a point enters what it meets within a step; the
+        first is exact if the gap changes linearly.
     facing_cosine
         Deformable surfaces face each other if the cosine between their outward normals is below.
     behind_mm
-        What lay farther than this behind a point at a committed instant, mm, and farther than
-        anything that had come through its edge, is the other side of its own tissue.
+        An edge that lay farther than this behind a point at the committed instant, mm, and farther
+        than the deepest penetration of the point's edge, is the other side of the same tissue.
     sharpest_tip_rad
-        Two edges that share a node and enclose so little tissue or less, rad, do not: they are the
-        sides of a crease whose bottom has closed a little too far.
+        Two edges that share a node enclose tissue if its angle is larger, rad; otherwise they are
+        the sides of a crease whose bottom has closed a little too far.
     shortest_segment
         Segments shorter than this share of an edge get no points.
     """
@@ -62,14 +62,14 @@ class SearchSettings:
         default=0.05,
         unit="mm",
         above=0.0,
-        description="what lay farther behind a point before a step is no surface that came through",
+        description="an edge farther behind a point is the other side of its tissue",
     )
     sharpest_tip_rad: float = setting(
         default=0.25,
         unit="rad",
         minimum=0.0,
         maximum=3.0,
-        description="neighbouring edges enclose tissue if its angle is larger",
+        description="adjacent edges enclose tissue if its angle is larger",
     )
     shortest_segment: float = setting(
         default=1e-7,
@@ -83,7 +83,7 @@ DEFAULT_SEARCH = SearchSettings()
 
 
 class Sides(NamedTuple):
-    """Who may touch whom: what a search knows of a `SelfContact`.
+    """The members of a `SelfContact` that the kernels need.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class Sides(NamedTuple):
     owner
         (m,) which surface each edge belongs to.
     reach_mm
-        How far from a surface others are looked for, mm.
+        Distance from a surface within which others are searched for, mm.
     same_surface
         Whether a surface may touch itself.
     entry_trials, facing_cosine, behind_mm, sharpest_tip_rad, shortest_segment
@@ -305,7 +305,7 @@ def first_touches(
         home = edge[i]
         outside, gap_outside, inside, gap_inside = 0.0, beginning[i], 1.0, gap[i]
         if gap_outside == np.inf:
-            # Out of reach: how far is it from what it meets in the end?
+            # Out of reach at first: use the distance from what it meets in the end.
             x, y, nx, ny = edge_point(before, home, local[i])
             met_x, met_y = edge_point(before, met[i], met_local[i])[:2]
             gap_outside = (met_x - x) * nx + (met_y - y) * ny
@@ -350,7 +350,7 @@ def _roots(square: float, linear: float, constant: float) -> tuple[float, float]
 def _form_tip(sides: Sides, before: Array, one: int, other: int) -> bool:
     """Whether two edges share a node and enclose tissue there, less than a half turn of it.
 
-    If one of them runs back at that node, no angle can be told, and they count as if they did.
+    If one of them runs back at that node there is no angle, and they count as enclosing tissue.
     """
     edges = sides.edges
     if edges[one, 1] == edges[other, 0]:

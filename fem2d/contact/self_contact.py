@@ -1,29 +1,30 @@
 """Contact of deformable surfaces with one another and with themselves.
 
-Every surface carries integration points that look along their own outward normal ``n`` for the
-other surfaces' deformed edges. Where the ray from ``x_s`` meets an edge at ``x_m(ξ)``,
+Every surface carries integration points. The ray from a point ``x_s`` along its own outward normal
+``n`` is intersected with the deformed edges of the other surfaces. Where it meets an edge at
+``x_m(ξ)``,
 
 * the gap is ``g = (x_m − x_s)·n``, with ``(x_m − x_s)·t = 0`` for the point's own tangent ``t``;
 * the slip since the last committed instant is ``s = t·(x_s − x_a)``, where ``x_a`` is the material
   point that the ray met then, carried along by the other surface; for a point that the other
   surface first reaches within the step, the material point that it meets when it does.
 
-The point is pushed by ``f = −p n + τ t`` and the place it meets by ``−f``; as the two lie on one
-normal, forces cancel, and moments too but for the couple ``τ g``, which vanishes with the
-penetration. All surfaces look at each other, and each look counts half. The normal of the point
-that looks, unlike the one of the edge it meets, never jumps: on quadratic edges both gap and
-direction are continuous where a point passes from edge to edge, so nothing chatters there (Puso and
-Laursen 2004 argue likewise for mortar methods).
+The force ``f = −p n + τ t`` acts on the point and ``−f`` on the place that it meets. As the two lie
+on one normal, forces cancel, and moments too but for the couple ``τ g``, which vanishes with the
+penetration. Rays go from both surfaces, and each counts half. The normal of the point, unlike that
+of the edge it meets, is continuous where a point passes from edge to edge, and with it gap and
+direction of the force on quadratic edges, so that contact does not chatter there (Puso and Laursen
+2004 argue likewise for mortar methods).
 
 Integration is by segments: the ends of the other surfaces' edges are projected onto each edge and
 Gauss points are put between them, so that forces on both sides are integrated exactly where the
 surfaces are flat, and non-matching meshes pass the patch test. Segments and points are chosen at
-committed instants and stand still during an increment; with their weights and the tractions they
-remember they are the state.
+committed instants and are fixed during an increment; with their weights and tractions they are the
+state.
 
-A ray is followed backwards too, for what has gone through the surface lies behind it. So does the
-other side of the tissue itself, where a fold or a tongue of it is thin. What tells them apart is
-where they were at the committed instant: what has come through lay in front then.
+A ray is also followed backwards, because a penetrating surface lies behind the point. So does the
+other side of the same tissue, where it is thin. The committed instant distinguishes them: a surface
+that penetrates now lay in front then.
 """
 
 from __future__ import annotations
@@ -66,28 +67,28 @@ Index = NDArray[np.intp]
 
 
 class SelfContactError(DrinksimError):
-    """Deformable surfaces were put together in a way that makes no sense."""
+    """A self-contact is described in a way that makes no sense."""
 
 
 @dataclass(frozen=True)
 class SelfContactState:
-    """Integration points chosen at a committed instant, and what friction remembers of them.
+    """Integration points chosen at a committed instant, and their friction.
 
     Attributes
     ----------
     edge, local, weight
-        (p,) edge that carries each point, local coordinate on it, reference area, mm², halved
-        because the other side looks back.
+        (p,) edge that carries each point, local coordinate on it, and reference area, mm², halved
+        because rays go from both sides.
     anchor, anchor_local
-        (p,) edge and local coordinate on it from which slip is counted: what the point's ray met at
-        the committed instant, −1 for none; in a step in which the point first touches, what it
-        meets then.
+        (p,) edge and local coordinate on it from which slip is counted: what the ray met at the
+        committed instant, −1 for nothing; in a step in which the point first touches, what it
+        touches first.
     traction
         (p,) tangential traction, MPa, positive along the carrying edge.
     places
         (m, k, 2) positions of the edges' nodes at the committed instant, mm.
     depth
-        (m,) how far at most another surface had come through each edge then, mm.
+        (m,) deepest penetration of another surface through each edge at that instant, mm.
     """
 
     edge: Index
@@ -102,7 +103,7 @@ class SelfContactState:
 
 @dataclass(frozen=True)
 class SelfContactPoints:
-    """Everything known at the integration points, arrays (p,) unless stated.
+    """Values at the integration points, arrays (p,) unless stated.
 
     Pressure and shear are per reference length of the surface that carries the point.
     """
@@ -129,9 +130,9 @@ class SelfContactResponse:
     Attributes
     ----------
     contact
-        The contact that answered.
+        The contact.
     displacement, before
-        Displacement (n, 2), mm, and committed state: what was asked.
+        Displacement (n, 2), mm, and committed state, at which it is evaluated.
     energy
         Energy stored in the normal penalty, N mm.
     touching
@@ -157,7 +158,7 @@ class SelfContactResponse:
         return self.contact.next_state(self)
 
     def joins(self, component: Index) -> bool:
-        """Whether tissue of one component touches that of another; (n,) which each node is of."""
+        """Whether tissue of two components touches; (n,) component of each node."""
         edges, touching = self.contact.edges, self.touching
         here = component[edges[self.before.edge[touching], 0]]
         there = component[edges[self.points.met_edge[touching], 0]]
@@ -171,20 +172,20 @@ class SelfContact:
     Parameters
     ----------
     surfaces
-        Who may touch whom: each surface all the others, and itself with ``same_surface``.
+        Surfaces that may touch one another.
     friction
         The law of friction, or the coefficient of one.
     normal
         The law of the pressure.
     reach_mm
-        How far from a surface others are looked for, outside and inside, mm: more than any
-        penetration.
+        Distance from a surface within which others are searched for, outside and inside, mm: more
+        than any penetration.
     same_surface
-        Whether a surface may touch itself, as in a crease.
+        Whether each surface may also touch itself, as in a crease.
     search
-        How surfaces are looked for.
+        How surfaces are searched for.
     name
-        What reports call this contact.
+        Name in reports.
 
     Raises
     ------
@@ -282,7 +283,7 @@ class SelfContact:
     ) -> SelfContactState:
         """Return the state for a step from ``displacement`` to ``predicted``; see `Contact`.
 
-        All nodes are taken to go straight and at one pace.
+        Nodes are assumed to move on straight lines at constant velocity.
         """
         after = self._deformed(predicted)
         before = self._deformed(displacement)
@@ -398,7 +399,7 @@ class SelfContact:
         )
 
     def next_state(self, response: SelfContactResponse) -> SelfContactState:
-        """Return the points chosen at the response's displacement; they inherit the friction."""
+        """Return the points chosen at the displacement of a response, with inherited friction."""
         return self._chosen_points(response.displacement, response)
 
     def arc_length(self, edge: Index, local: Array) -> Array:
@@ -416,7 +417,7 @@ class SelfContact:
     ) -> tuple[Index, Array]:
         """Return unknowns and forces (j, 6k), N, of the points that touch."""
         count = self.edges.shape[1]
-        if touching.size == 0:  # the usual case
+        if touching.size == 0:  # usual
             return np.zeros((0, 6 * count), np.intp), np.zeros((0, 6 * count))
         met = points.met_edge[touching]
         anchor = np.where(before.anchor == NONE, points.met_edge, before.anchor)[touching]
@@ -473,7 +474,7 @@ class SelfContact:
     def _inherited(
         self, response: SelfContactResponse, edge: Index, local: Array, gap: Array
     ) -> Array:
-        """Return tractions (p,) at new points: the share of the pressure is what is handed on."""
+        """Return tractions (p,) at new points, which inherit the ratio of traction to pressure."""
         points, before = response.points, response.before
         touching = response.touching
         traction = np.zeros(len(edge))
@@ -515,9 +516,9 @@ def self_responses(responses: Iterable[ContactResponse]) -> tuple[SelfContactRes
 
 
 def _on_edges(state: SelfContactState, number: Index) -> SelfContactState:
-    """Return a state as far as it belongs to some edges; what was met on others is forgotten.
+    """Return the part of a state that belongs to some edges; anchors on others are dropped.
 
-    ``number`` (m,) is what each edge is called from now on, `NONE` for edges that are left out.
+    ``number`` (m,) is the new number of each edge, `NONE` for edges that are left out.
     """
     kept = number != NONE
     here = kept[state.edge]
@@ -549,7 +550,7 @@ def _laws(
     coefficient: float,
     tangential_stiffness: float,
 ) -> tuple[Array, Array, Array, NDArray[np.bool_], Array, Array, Array]:
-    """Apply the scalar laws to all points; a point that met nothing before has no friction yet."""
+    """Apply the scalar laws to all points; a point without an anchor has no friction."""
     count = len(gap)
     energy, pressure, shear = np.zeros(count), np.zeros(count), np.zeros(count)
     slope, by_slip, by_pressure = np.zeros(count), np.zeros(count), np.zeros(count)

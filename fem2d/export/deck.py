@@ -1,9 +1,9 @@
-"""A model as an input deck for Abaqus, and its tissue alone as one that CalculiX reads as well.
+"""Input decks: a model for Abaqus, and its tissue alone for Abaqus and CalculiX.
 
 Abaqus gets everything: tissue, elastic ties, rigid outlines as analytical surfaces, contact with
 friction, the motion as amplitudes, and an implicit quasi-static step. CalculiX has no analytical
 rigid surfaces and no Holzapfel law; `displaced_tissue_deck` leaves out contact and prescribes
-displacements instead, which both programs read: it serves to compare the programs.
+displacements instead, which both programs read: it serves to compare them.
 
 What the decks approximate:
 
@@ -12,7 +12,7 @@ What the decks approximate:
 * normal contact: the penalty's pressure against overclosure in straight pieces; friction sticks
   with Abaqus' own elastic slip;
 * relaxation: stiffness-proportional damping;
-* the motion: straight lines between instants `AMPLITUDE_STEP_S` apart.
+* the motion: straight lines between instants.
 
 Dead loads are forces at the nodes with Abaqus' smooth step, which is the amplitude they have here.
 
@@ -22,6 +22,7 @@ Ties to the moving body are refused.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -41,17 +42,16 @@ from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
 from fem2d.solvers.model import Model
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.settings import setting
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-AMPLITUDE_STEP_S = 0.01
 AMPLITUDES = ("MOVE_U1", "MOVE_U2", "MOVE_UR3")
 LONGEST_ARC_RAD = np.deg2rad(150.0)
-"""Abaqus wants arcs below half a circle."""
-RAMP_PIECES = 8
+"""Abaqus requires arcs below half a circle."""
 FACES = ("S1", "S2", "S3")
 """Faces of a triangle: nodes 1-2, 2-3, 3-1."""
 LARGEST_RESIDUAL, LARGEST_CORRECTION = 1e-6, 1e-6
@@ -62,11 +62,40 @@ CARD_WIDTH = 8
 
 
 class DeckError(DrinksimError):
-    """The model holds something that no deck can say."""
+    """The model has a member without counterpart in a deck."""
+
+
+@dataclass(frozen=True)
+class DeckSettings:
+    """How finely a deck approximates the model.
+
+    Parameters
+    ----------
+    amplitude_step_s
+        Time between the points of the motion, s.
+    ramp_points
+        Points of the table of contact pressure over the ramp of the penalty.
+    """
+
+    amplitude_step_s: float = setting(
+        default=0.01, unit="s", above=0.0, description="time between the points of the motion"
+    )
+    ramp_points: int = setting(
+        default=8,
+        minimum=1,
+        maximum=1000,
+        description="points of the contact pressure over the ramp of the penalty",
+    )
 
 
 def abaqus_deck(
-    model: Model, motion: RigidMotion, *, start_s: float, end_s: float, title: str
+    model: Model,
+    motion: RigidMotion,
+    *,
+    start_s: float,
+    end_s: float,
+    title: str,
+    settings: DeckSettings | None = None,
 ) -> str:
     """Return a whole model as an Abaqus/Standard input deck.
 
@@ -77,16 +106,19 @@ def abaqus_deck(
     motion
         Of the moving rigid outlines, in the frame of the tissue.
     start_s, end_s
-        The part of the motion that is followed; the tissue is undeformed at its start.
+        Period of the motion; the tissue is undeformed at its start.
     title
         Heading.
+    settings
+        How finely the deck approximates the model.
 
     Raises
     ------
     DeckError
         If the model has an element, a material or a load without counterpart.
     """
-    _refuse_untold(model)
+    _check_expressible(model)
+    chosen = settings or DeckSettings()
     outlines = _outlines(model, motion, start_s)
     lines = [
         *_comment(
@@ -100,8 +132,8 @@ def abaqus_deck(
         *_springs(model.body, model.ties),
         *_surfaces(model.body, _contact_surfaces(model)),
         *_rigid_bodies(model, outlines, motion, start_s),
-        *_contacts(model),
-        *_amplitudes(motion, start_s, end_s),
+        *_contacts(model, chosen.ramp_points),
+        *_amplitudes(motion, start_s, end_s, chosen.amplitude_step_s),
         *_pull_amplitudes(model, start_s),
         *_dynamic_step(model, outlines, start_s, end_s),
     ]  # fmt: skip
@@ -350,7 +382,7 @@ def _segments(outline: Outline) -> Iterator[str]:
             yield f"CIRCL, {px:.12g}, {py:.12g}, {cx:.12g}, {cy:.12g}"
 
 
-def _contacts(model: Model) -> Iterator[str]:
+def _contacts(model: Model, ramp_points: int) -> Iterator[str]:
     body = model.body
     pairs = [
         (_surface_name(body, pair.surface), _rigid_name(pair), pair.normal, pair.friction)
@@ -367,22 +399,22 @@ def _contacts(model: Model) -> Iterator[str]:
         yield "*FRICTION"
         yield f"{friction.coefficient:.12g}"
         yield "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR"
-        yield from _pressure_overclosure(normal)
+        yield from _pressure_overclosure(normal, ramp_points)
         yield f"*CONTACT PAIR, INTERACTION=INTERACTION_{number}, TYPE=SURFACE TO SURFACE"
         yield f"{name}, {other}"
 
 
-def _pressure_overclosure(law: NormalLaw) -> Iterator[str]:
-    """Yield pressure against overclosure: the ramp in pieces, and a line that goes on for ever."""
+def _pressure_overclosure(law: NormalLaw, points: int) -> Iterator[str]:
+    """Yield pressure against overclosure: points on the ramp, then a straight line."""
     ramp = law.ramp_mm
-    for overclosure in (*np.linspace(0.0, ramp, RAMP_PIECES + 1), 2.0 * ramp):
+    for overclosure in (*np.linspace(0.0, ramp, points + 1), 2.0 * ramp):
         _, pressure, _ = pressure_of_gap(-float(overclosure), law.stiffness_mpa_per_mm, law.ramp_mm)
         yield f"{pressure:.12g}, {overclosure:.12g}"
 
 
-def _amplitudes(motion: RigidMotion, start_s: float, end_s: float) -> Iterator[str]:
+def _amplitudes(motion: RigidMotion, start_s: float, end_s: float, step_s: float) -> Iterator[str]:
     """Yield the moving body's displacement and turn since the start, against step time."""
-    count = int(np.ceil((end_s - start_s) / AMPLITUDE_STEP_S)) + 1
+    count = int(np.ceil((end_s - start_s) / step_s)) + 1
     times = np.linspace(start_s, end_s, count)
     sampled = motion.resampled(times)
     moved = sampled.shift_mm - sampled.shift_mm[0]
@@ -446,7 +478,7 @@ def _dynamic_step(
     yield "*END STEP"
 
 
-def _refuse_untold(model: Model) -> None:
+def _check_expressible(model: Model) -> None:
     if len(_dead_loads(model)) < len(model.loads) or model.held.size:
         raise DeckError("the model has loads that are not dead, or held unknowns: a deck has none")
     for tie in model.ties:

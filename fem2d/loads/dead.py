@@ -1,4 +1,4 @@
-"""Dead loads: tractions that keep size and direction however the tissue under them moves.
+"""Dead loads: tractions whose size and direction do not depend on the deformation.
 
 A traction ``t`` per reference area does the virtual work ``∫ a(time) s(S) t·δu dS``, with a share
 ``s`` that fades towards the ends of the loaded stretch and an amplitude ``a`` against time. Its
@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from fem2d.body.component import BodyComponent
 from fem2d.body.sparse import SparsePattern
 from fem2d.body.surface import Surface
-from fem2d.loads.amplitude import Amplitude, LoadError
+from fem2d.loads.amplitude import Amplitude
+from fem2d.loads.fading import stretch_share
 from fem2d.loads.load import Load
 
 Array = NDArray[np.float64]
@@ -38,7 +39,7 @@ class DeadLoad:
     amplitude
         Factor on it against time.
     name
-        What reports call it.
+        Name in reports.
     """
 
     surface: Surface
@@ -55,20 +56,7 @@ class DeadLoad:
     """(m, 2k) nodal forces at an amplitude of 1, N."""
 
     def __post_init__(self) -> None:
-        if not 0 < 2 * self.fade_mm <= self.to_mm - self.from_mm:
-            raise LoadError(
-                f"load {self.name!r}: a fade of {self.fade_mm:g} mm does not fit twice between "
-                f"{self.from_mm:g} and {self.to_mm:g} mm: use a longer stretch or a shorter fade"
-            )
-        s = self.surface.arc_length
-        nearest_end = np.minimum(s - self.from_mm, self.to_mm - s) / self.fade_mm
-        ramp = np.clip(nearest_end, 0.0, 1.0)
-        share = ramp**2 * (3 - 2 * ramp)
-        if not share.any():
-            raise LoadError(
-                f"load {self.name!r}: no point of the surface lies between {self.from_mm:g} and "
-                f"{self.to_mm:g} mm"
-            )
+        share = stretch_share(self.name, self.surface, self.from_mm, self.to_mm, self.fade_mm)
         traction = share[..., None] * np.asarray(self.traction_mpa)
         object.__setattr__(self, "share", share)
         object.__setattr__(self, "full_force", self.surface.assembled_force(traction)[1])
@@ -89,7 +77,7 @@ class DeadLoad:
         return self.surface.scattered(self.amplitude.at(load.time_s) * self.full_force)
 
     def change(self, displacement: Array, before: Load, after: Load) -> Array:
-        """Return by how much the forces (2n,), N, change from one load's instant to another's."""
+        """Return the change of the forces (2n,), N, between the instants of two loads."""
         factor = self.amplitude.at(after.time_s) - self.amplitude.at(before.time_s)
         return self.surface.scattered(factor * self.full_force)
 

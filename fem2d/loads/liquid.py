@@ -7,6 +7,7 @@ pressure on a stretch of skin, fading towards the stretch's ends.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -17,6 +18,7 @@ from fem2d.body.component import BodyComponent
 from fem2d.body.sparse import SparsePattern
 from fem2d.body.surface import Surface
 from fem2d.loads.amplitude import LoadError
+from fem2d.loads.fading import stretch_share
 from fem2d.loads.follower import PressureField, follower_force, follower_stiffness
 from fem2d.loads.load import Load
 
@@ -89,7 +91,7 @@ class LiquidLoad:
     Parameters
     ----------
     name
-        What reports call it.
+        Name in reports.
     surface
         The surface that carries the stretch, with Gauss points.
     from_mm, to_mm
@@ -106,28 +108,14 @@ class LiquidLoad:
     to_mm: float
     fade_mm: float
     field: Callable[[float], PressureField]
+    share: Array = dataclasses.field(init=False, repr=False, compare=False)
+    """(m, q) how much of the pressure acts at the Gauss points."""
 
     def __post_init__(self) -> None:
         if self.surface.at_nodes:
             raise LoadError(f"{self.name}: give a surface with Gauss points, a pressure varies")
-        if not 0 < 2 * self.fade_mm <= self.to_mm - self.from_mm:
-            raise LoadError(
-                f"{self.name}: a fade of {self.fade_mm:g} mm does not fit twice between "
-                f"{self.from_mm:g} and {self.to_mm:g} mm: use a longer stretch or a shorter fade"
-            )
-        if not self.share.any():
-            raise LoadError(
-                f"{self.name}: no point of the surface lies between {self.from_mm:g} and "
-                f"{self.to_mm:g} mm"
-            )
-
-    @property
-    def share(self) -> Array:
-        """(m, q) how much of the pressure acts at the Gauss points."""
-        s = self.surface.arc_length
-        ramp = np.clip(np.minimum(s - self.from_mm, self.to_mm - s) / self.fade_mm, 0.0, 1.0)
-        share: Array = ramp**2 * (3 - 2 * ramp)
-        return share
+        share = stretch_share(self.name, self.surface, self.from_mm, self.to_mm, self.fade_mm)
+        object.__setattr__(self, "share", share)
 
     @property
     def surfaces(self) -> tuple[Surface, ...]:
@@ -147,7 +135,7 @@ class LiquidLoad:
         return self.surface.scattered(nodal)
 
     def change(self, displacement: Array, before: Load, after: Load) -> Array:
-        """Return by how much the forces (2n,), N, change from one load's instant to another's."""
+        """Return the change of the forces (2n,), N, between the instants of two loads."""
         return self.force(displacement, after) - self.force(displacement, before)
 
     def add_stiffness(

@@ -1,4 +1,4 @@
-"""What acts on a model at one instant: time, place of the moving rigid body, pressure, supports."""
+"""What acts on a model at one instant: rigid bodies, pressure, supports, dead forces."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ class Load:
 
     @classmethod
     def at(cls, placement: RigidPlacement, time_s: float = 0.0) -> Load:
-        """Return the load that only puts the moving rigid bodies somewhere, at an instant, s."""
+        """Return the load that only moves the rigid bodies, to a placement at an instant, s."""
         return cls(placement.shift_mm, placement.angle_rad, time_s=time_s)
 
     @property
     def placement(self) -> RigidPlacement:
-        """Where the moving rigid bodies are."""
+        """Placement of the moving rigid bodies."""
         return RigidPlacement(self.turn_rad, self.move)
 
     def towards(self, other: Load, share: float) -> Load:
@@ -81,7 +81,7 @@ class AppliedForce(Protocol):
         ...
 
     def on_component(self, component: BodyComponent) -> AppliedForce | None:
-        """Return the force as far as it acts on a component; None if it does not."""
+        """Return the part of the force that acts on a component; None if none does."""
         ...
 
     def force(self, displacement: Array, load: Load) -> Array:
@@ -89,7 +89,7 @@ class AppliedForce(Protocol):
         ...
 
     def change(self, displacement: Array, before: Load, after: Load) -> Array:
-        """Return by how much the forces (2n,), N, change from one load to another."""
+        """Return the change of the forces (2n,), N, from one load to another."""
         ...
 
     def add_stiffness(

@@ -112,7 +112,7 @@ class MuscleLoad:
     Parameters
     ----------
     name
-        What reports call it.
+        Name in reports.
     body
         The tissue it lies in.
     share
@@ -238,7 +238,7 @@ class MuscleLoad:
         return -self.response(displacement, load.time_s, order=1).force
 
     def change(self, displacement: Array, before: Load, after: Load) -> Array:
-        """Return by how much the forces (2n,), N, change from one load's instant to another's."""
+        """Return the change of the forces (2n,), N, between the instants of two loads."""
         return self.force(displacement, after) - self.force(displacement, before)
 
     def add_stiffness(

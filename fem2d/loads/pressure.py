@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from fem2d.body.component import BodyComponent
 from fem2d.body.sparse import SparsePattern
 from fem2d.body.surface import Surface
+from fem2d.loads.fading import smooth_step
 from fem2d.loads.follower import follower_force, follower_stiffness
 from fem2d.loads.load import Load
 from geometry2d.foundation.errors import DrinksimError
@@ -25,12 +26,12 @@ Index = NDArray[np.intp]
 
 
 class PressureError(DrinksimError):
-    """A pressure was described in a way that makes no sense."""
+    """A pressure is described in a way that makes no sense."""
 
 
 @dataclass(frozen=True)
 class Exposure:
-    """Which points of a surface a pressure reaches: those on one side that stand off an outline.
+    """The points of a surface on which a pressure acts: on one side, and away from an outline.
 
     The share that acts is 0 at a gap of 0 and below, ``3 s² − 2 s³`` with ``s = gap/clearance``,
     and 1 from a gap of ``clearance`` on.
@@ -38,12 +39,12 @@ class Exposure:
     Parameters
     ----------
     outline
-        The rigid body that keeps the pressure off what it touches, mm.
+        The rigid body that shields what it touches, mm.
     within_mm
-        Only points with x below this feel the pressure, mm. It must lie where the outline is
-        touched, else the pressure would end there with a jump.
+        The pressure acts at points with x below this only, mm. It must lie where the outline is
+        touched; otherwise the pressure would jump there.
     clearance_mm
-        Gap from which on the pressure acts in full, mm.
+        Gap beyond which the pressure acts in full, mm.
     """
 
     outline: Outline
@@ -62,7 +63,7 @@ class Exposure:
         projection = self.outline.project(position.reshape(-1, 2))
         near = np.clip(projection.distance / self.clearance_mm, 0.0, 1.0)
         inside = position.reshape(-1, 2)[:, 0] < self.within_mm
-        share = np.where(inside, near**2 * (3 - 2 * near), 0.0)
+        share = np.where(inside, smooth_step(near), 0.0)
         slope = np.where(inside, 6 * near * (1 - near) / self.clearance_mm, 0.0)
         gradient = slope[:, None] * projection.normal
         return share.reshape(position.shape[:-1]), gradient.reshape(position.shape)
@@ -70,14 +71,14 @@ class Exposure:
 
 @dataclass(frozen=True)
 class FollowerPressure:
-    """A pressure on a stretch of surface, as forces for each MPa of it.
+    """A pressure on a surface; its size is that of the load.
 
     Parameters
     ----------
     surface
         Where it acts.
     exposure
-        Which of its points it reaches; all of them if absent.
+        The points on which it acts; all of them if absent.
     """
 
     surface: Surface
@@ -99,7 +100,7 @@ class FollowerPressure:
         return load.pressure_mpa * self.surface.scattered(self.unit_force(displacement))
 
     def change(self, displacement: Array, before: Load, after: Load) -> Array:
-        """Return by how much the forces (2n,), N, change from one load's pressure to another's."""
+        """Return the change of the forces (2n,), N, between the pressures of two loads."""
         grown = after.pressure_mpa - before.pressure_mpa
         return grown * self.surface.scattered(self.unit_force(displacement))
 

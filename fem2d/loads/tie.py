@@ -1,9 +1,9 @@
 """Tissue held to bone by an elastic layer that fades out towards its ends.
 
 A rigid tie that ends at a free surface is a singular point: under refinement the elements beside it
-collapse, whatever the solver does. A thin elastic layer with stiffness per area ``k(s)``, rising
-smoothly from zero over a stated length, is nearer to anatomy (periosteum is no weld) and has no
-such point: the traction ``−k (u − u_bone)`` stays bounded.
+collapse. A thin elastic layer with stiffness per area ``k(s)``, which rises smoothly from zero over
+a stated length, is closer to anatomy (periosteum is no weld) and has no such point: the traction
+``−k (u − u_bone)`` stays bounded.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.body.surface import Surface
+from fem2d.loads.fading import faded_share
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidPlacement
 
@@ -22,7 +23,7 @@ Index = NDArray[np.intp]
 
 
 class TieError(DrinksimError):
-    """A tie was given parameters that make no sense."""
+    """A tie has parameters that make no sense."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +39,12 @@ class ElasticTie:
     fade_mm
         Arc length over which it rises from zero at each end.
     attached_at
-        None ties to bone, which stands still. A placement ties to the moving rigid body, which is
-        there when the tie is relaxed: so an elastic neck is held by the package behind it.
+        None ties to bone, which stands still. A placement ties to the moving rigid body and is the
+        one at which the tie is relaxed: an elastic neck is held by the package behind it.
     only_along
         Unit vector of the only direction that is held, as by a row of rollers; None holds both.
     name
-        What reports call it.
+        Name in reports.
     """
 
     surface: Surface
@@ -62,13 +63,10 @@ class ElasticTie:
                 f"tie {self.name!r}: stiffness {self.stiffness_mpa_per_mm} MPa/mm must be positive "
                 f"and the fade length {self.fade_mm} mm not negative"
             )
-        s = self.surface.arc_length
-        whole = float(np.sum(self.surface.weight)) / self.surface.thickness_mm
-        if self.fade_mm == 0:
-            ramp = np.ones_like(s)
-        else:
-            nearest_end = np.clip(np.minimum(s, whole - s) / self.fade_mm, 0.0, 1.0)
-            ramp = nearest_end**2 * (3 - 2 * nearest_end)
+        length = float(np.sum(self.surface.weight)) / self.surface.thickness_mm
+        ramp = np.ones_like(self.surface.arc_length)
+        if self.fade_mm > 0:
+            ramp = faded_share(self.surface, 0.0, length, self.fade_mm)
         object.__setattr__(self, "layer", self.stiffness_mpa_per_mm * ramp)
 
     def blocks(self) -> tuple[Index, Array]:
@@ -85,7 +83,7 @@ class ElasticTie:
         return held
 
     def pull(self, placement: RigidPlacement) -> tuple[Index, Array, float]:
-        """Return what a moving anchor adds: dofs (m, 2k), forces on the tissue, N, and an energy.
+        """Return dofs (m, 2k), forces on the tissue, N, and energy that a moving anchor adds.
 
         With the anchors displaced by ``a`` the layer stores ``½∫ k |u − a|² dS``, which is
         ``½ u·K u − u·f + e`` with the constant stiffness ``K`` of `blocks`; this returns ``f`` and

@@ -1,6 +1,6 @@
 """Scalar kernels of the Holzapfel–Gasser–Ogden law.
 
-A row of numbers describes such a law in a section:
+Such a law is packed into numbers for a section:
 ``[1, N, C₁₀, 1/D, k₁, k₂, M₁₁, M₁₂, M₂₂, M₃₃, …]``, four numbers a family, where
 ``M = κ I + (1 − 3κ) A ⊗ A`` gathers dispersion and mean direction of a family, so that
 

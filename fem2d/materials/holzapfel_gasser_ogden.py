@@ -180,7 +180,7 @@ class HolzapfelGasserOgden:
         )
 
     def packed(self) -> Array:
-        """Return the row ``[1, N, C₁₀, 1/D, k₁, k₂, M₁₁, M₁₂, M₂₂, M₃₃, …]`` for a section.
+        """Return the packed parameters ``[1, N, C₁₀, 1/D, k₁, k₂, M₁₁, M₁₂, M₂₂, M₃₃, …]``.
 
         Raises
         ------

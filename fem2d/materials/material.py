@@ -49,7 +49,7 @@ class Material(Protocol):
         ...
 
     def packed(self) -> Array:
-        """Return the law as the flat row of numbers that the assembly kernel reads."""
+        """Return the packed parameters that the assembly kernel reads."""
         ...
 
 

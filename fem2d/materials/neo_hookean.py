@@ -60,5 +60,5 @@ class NeoHookean(PrincipalLaw):
         return 2 / self.D1_per_mpa
 
     def packed(self) -> Array:
-        """Return the row ``[0, 1, 2 C₁₀, 2, 1/D₁]`` read by the kernels."""
+        """Return the packed parameters ``[0, 1, 2 C₁₀, 2, 1/D₁]`` read by the kernels."""
         return np.array([PRINCIPAL, 1.0, 2 * self.C10_mpa, 2.0, 1 / self.D1_per_mpa])

@@ -112,7 +112,7 @@ class Ogden(PrincipalLaw):
         return 2 / self.D_per_mpa[0]
 
     def packed(self) -> Array:
-        """Return the row ``[0, n, μ₁, α₁, 1/D₁, …]`` read by the kernels."""
+        """Return the packed parameters ``[0, n, μ₁, α₁, 1/D₁, …]`` read by the kernels."""
         inverse = [1 / d if d > 0 else 0.0 for d in self.D_per_mpa]
         inverse += [0.0] * (len(self.mu_mpa) - len(inverse))
         terms = np.column_stack([self.mu_mpa, self.alpha, inverse])

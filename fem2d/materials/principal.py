@@ -37,10 +37,10 @@ def principal_response(packed: Array, logs: Array) -> tuple[Array, Array, Array,
 
 
 class PrincipalLaw:
-    """Energy, stress and tangent of a law whose ``packed`` row is a sum of powers."""
+    """Energy, stress and tangent of a law whose packed parameters are those of a sum of powers."""
 
     def packed(self) -> Array:
-        """Return the row ``[0, n, μ₁, α₁, 1/D₁, …]`` read by the kernels."""
+        """Return the packed parameters ``[0, n, μ₁, α₁, 1/D₁, …]`` read by the kernels."""
         raise NotImplementedError
 
     def energy(self, F: ArrayLike) -> Array:

@@ -1,16 +1,16 @@
-"""A few unknowns beside the displacements, and linear systems that they border.
+"""Linear systems that are bordered by a few unknowns beside the displacements.
 
-A pressure that is to be found, or the coordinates of a neck that a yielding hand carries, are
-unknowns ``q`` of Newton's method like the displacements ``u``, with an equation ``g(u, q) = 0`` for
-each. A Newton step then solves
+A pressure that is to be found, or the coordinates of a neck in a yielding hand, are unknowns ``q``
+of Newton's method like the displacements ``u``, with one equation ``g(u, q) = 0`` each. A Newton
+step solves
 
     [ K  B ] [δu]     [ r ]
     [ C  D ] [δq] = − [ g ]        B = ∂r/∂q,  C = ∂g/∂u,  D = ∂g/∂q
 
-by elimination of δu: one factorisation of ``K`` and one more solution for each ``q``, then the
-small dense system with ``D − C K⁻¹ B`` (Batoz and Dhatt 1979 for a load that is steered by a
-displacement). ``K`` itself may not be singular, the bordered matrix may be well conditioned all the
-same: near a limit point of the load it is.
+by elimination of δu: one factorisation of ``K``, one more solution for each ``q``, and a small
+dense system with the matrix ``D − C K⁻¹ B`` (Batoz and Dhatt 1979, for a load whose size a
+displacement determines). ``K`` must not be singular. Near a limit point of the load it nearly is,
+while the bordered matrix is well conditioned.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Border:
-    """What further unknowns add to a tangent.
+    """The border that further unknowns add to a tangent.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Border:
 
 @dataclass(frozen=True, eq=False)
 class Tangent:
-    """The derivative of a balance: of the forces by the displacements, and a border if any."""
+    """The derivative of a balance: the stiffness, and the border if there are further unknowns."""
 
     matrix: sp.csr_matrix
     border: Border | None = None

@@ -1,4 +1,4 @@
-"""Committed increments, and how they are handed on while the next step is being solved."""
+"""Committed increments, and their reports while the next step is being solved."""
 
 from __future__ import annotations
 
@@ -28,20 +28,19 @@ class Commit:
     state
         The new committed state.
     contacts
-        What each contact does in it.
+        Response of each contact in it.
     reaction
-        (2n,) what holds the body at its held unknowns, N; zero elsewhere but for what is left.
+        (2n,) forces of the supports on the held unknowns, N; elsewhere the unbalanced forces.
     newton
-        How the forces came into balance.
+        Result of Newton's method.
     cutbacks
         Trials rejected since the last commit.
     duration_s
         Length of the step, s.
     energies
-        Where the energy is.
+        Energies at its end.
     instability
-        How the equilibrium would be unstable without inertia; None if it is stable, or if nobody
-        asked.
+        Static instability of the state; None if it is stable, or not tested.
     """
 
     state: State
@@ -55,7 +54,7 @@ class Commit:
 
 
 class Reports:
-    """Looks at committed increments and hands them on while the next step is being solved.
+    """Tests and reports committed increments in the background.
 
     One at a time and in order: an increment is added when the one before it has been reported.
     """
@@ -79,9 +78,9 @@ class Reports:
         self._last = self._aside.submit(self._report, commit, balance)
 
     def stopped(self) -> bool:
-        """Wait until all is reported and return whether a report asked to stop.
+        """Wait for the last report and return whether it raised ``KeyboardInterrupt``.
 
-        Whatever else a report raised is raised here.
+        Any other error of a report is raised here.
         """
         if self._last is not None:
             last, self._last = self._last, None

@@ -1,9 +1,9 @@
-"""Components of a model that share no element: each comes to rest alone while they do not touch.
+"""Components of a model that share no element, each a model of its own.
 
-Two lips apart are two problems: the one that just lies there needs no iterations because the other
-slides. A component is a model of its own, with the surfaces, ties, loads and contacts of the whole
-that lie on it. Where it comes to rest is where the whole starts from, so contact between
-components, which they do not know of, is never missed: it only costs iterations of the whole.
+Two lips that do not touch are two problems: the one at rest needs no iterations because the other
+one slides. A component has the surfaces, ties, loads and contacts of the whole model that lie on
+it. The whole model starts from the results of its components; contact between components, which
+they do not contain, costs iterations of the whole but is never missed.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ class Component:
     Attributes
     ----------
     model
-        The component with all that acts on it.
+        The component as a model.
     place
-        Where in the whole body it lies.
+        The component as a part of the whole body.
     contacts
-        Which of the whole's contacts lie on it, and how each looks there.
+        Number of each contact of the whole model that lies on it, and the contact there.
     held
-        Which of the whole's held unknowns are the component's.
+        Positions of the component's held unknowns among those of the whole model.
     """
 
     model: Model
@@ -48,7 +48,7 @@ class Component:
     held: Index
 
     def load(self, whole: Load) -> Load:
-        """Return what acts on the component when this acts on the whole."""
+        """Return the part of a load that acts on the component."""
         held, dead = whole.held_mm, whole.dead_n
         return replace(
             whole,
@@ -57,7 +57,7 @@ class Component:
         )
 
     def state(self, whole: State) -> State:
-        """Return what the component is like where the whole is in a state."""
+        """Return the state of the component in a state of the whole model."""
         nodes = self.place.nodes
         return replace(
             whole,
@@ -69,15 +69,15 @@ class Component:
         )
 
     def response(self, whole: Response) -> Response:
-        """Return the component's share of a response, but with the energy of the whole."""
+        """Return the component's part of a response; the energy remains that of the whole body."""
         place = self.place
         return Response(whole.energy, whole.force[place.dofs], whole.stiffness[place.entries])
 
 
 def components_of(model: Model) -> tuple[Component, ...]:
-    """Return the components of a model, the largest first; none if it has only one.
+    """Return the components of a model, the largest first.
 
-    None either if a surface spans several: what belongs to which could not be told.
+    Empty if there is only one, or if a surface spans several.
     """
     number = component_of_node(model)
     count = int(number.max()) + 1

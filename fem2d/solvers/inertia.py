@@ -5,8 +5,8 @@ Bossak and Zienkiewicz 1980), with Newmark's relations between displacement, vel
 acceleration. One number steers the damping: the spectral radius ``ρ`` at infinite frequency, 1 for
 none, 0 for the most; ``α = (ρ − 1)/(ρ + 1)``, ``γ = ½ − α``, ``β = (1 − α)²/4`` keep second-order
 accuracy and unconditional stability; without mass and with ρ = 0 they are the two-step backward
-differences of ``C v + f(u) = 0``. Contact forces are taken at the end of the step and nowhere
-else, so a force never acts on a gap that is open.
+differences of ``C v + f(u) = 0``. Contact forces are those at the end of the step, so that no force
+acts across an open gap.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 class InertiaError(DrinksimError):
-    """Time integration was given parameters that make no sense."""
+    """Parameters of the time integration make no sense."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +39,10 @@ class Inertia:
     spectral_radius
         ρ in [0, 1].
     relaxation_s
-        τ, s: a force ``τ K₀ v``, with the stiffness ``K₀`` of the undeformed body, resists
-        deforming (Rayleigh's stiffness-proportional damping). Inertia holds back what is large,
-        this holds back what is small: a crease that closes or a point that starts to slip then
-        takes a time of order τ instead of none. Motions much slower than τ do not notice.
+        τ, s, of the force ``τ K₀ v`` with the stiffness ``K₀`` of the undeformed body (Rayleigh's
+        stiffness-proportional damping). Inertia limits fast motions of large regions, damping those
+        of small ones: a crease that closes or a point that starts to slip takes a time of order τ.
+        Motions much slower than τ are not affected.
     """
 
     density_tonne_per_mm3: float = setting(
@@ -86,7 +86,7 @@ class Inertia:
 
     @property
     def is_dynamic(self) -> bool:
-        """Whether anything resists motion; if not, every instant is at rest."""
+        """Whether there is mass or damping; without, every instant is in static equilibrium."""
         return self.density_tonne_per_mm3 > 0 or self.relaxation_s > 0
 
     def pull(self, state: State, duration_s: float) -> tuple[float, Array]:
@@ -127,4 +127,4 @@ class Inertia:
 
 
 QUASI_STATIC = Inertia(density_tonne_per_mm3=0.0, spectral_radius=0.0, relaxation_s=0.0)
-"""Nothing resists motion: every instant is at rest."""
+"""No mass and no damping: every instant is in static equilibrium."""

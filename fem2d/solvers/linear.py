@@ -1,7 +1,7 @@
 """Sparse direct solvers behind one small interface: the fastest available, SuperLU always.
 
-`DirectSolver` is told the sparsity pattern once and analyses it once; then every Newton iteration
-hands it new values. On this class of matrices PARDISO needs half of SuperLU's time at 4,000
+A `DirectSolver` analyses a sparsity pattern once and then factorises the values of each Newton
+iteration. On this class of matrices PARDISO needs half of SuperLU's time at 4,000
 unknowns and a third at 40,000 (benchmarks/linear.py), installs from a wheel and is chosen where it
 imports. There it factorises in single precision and refines, which takes two thirds of the time.
 """
@@ -24,14 +24,14 @@ Array = NDArray[np.float64]
 
 
 EXACT = 1e-12
-"""Residual of a solution that is to be as good as double precision makes it."""
+"""Residual of a solution as exact as double precision makes it."""
 
 
 class SingularMatrixError(ArithmeticError):
     """The matrix could not be factorised."""
 
 
-NOTHING_YET = "nothing was factorised yet: call factorise first"
+NOTHING_YET = "no matrix is factorised: call factorise first"
 
 
 class DirectSolver(Protocol):
@@ -45,12 +45,12 @@ class DirectSolver(Protocol):
     def solve(self, right_hand_side: Array, *, residual: float = EXACT) -> Array:
         """Return the solution (n,) for the matrix factorised last.
 
-        What it leaves of the right-hand side is at most ``residual`` of its largest entry, or what
-        double precision leaves. Raises `SingularMatrixError`.
+        Its residual is at most ``residual`` times the largest entry of the right-hand side, or that
+        of double precision. Raises `SingularMatrixError`.
         """
 
     def another(self) -> DirectSolver:
-        """Return a solver of the same kind, on one thread, that knows no matrix yet."""
+        """Return a new solver of the same kind, on one thread."""
 
 
 class SuperLu:
@@ -58,7 +58,7 @@ class SuperLu:
 
     name = "superlu"
     _PIVOT_THRESHOLD = 0.001
-    """A diagonal pivot of this share of the largest in its column is kept."""
+    """A diagonal pivot is kept if it is at least this share of the largest in its column."""
 
     def factorise(self, matrix: sp.csr_matrix) -> None:
         """Factorise; raises `SingularMatrixError`."""
@@ -78,18 +78,18 @@ class SuperLu:
         return solution
 
     def another(self) -> SuperLu:
-        """Return a solver of the same kind that knows no matrix yet."""
+        """Return a new solver of the same kind."""
         return type(self)()
 
 
 class Pardiso:
-    """MKL's PARDISO for structurally symmetric matrices, so that bits repeat.
+    """MKL's PARDISO for structurally symmetric matrices, with reproducible results.
 
     Parameters
     ----------
     threads
-        Threads that share a factorisation. With more than one PARDISO is told to sum in an order
-        that does not depend on which is first, which makes solutions a third slower.
+        Threads that share a factorisation. With more than one, sums are made in a fixed order,
+        which makes solutions a third slower. Results depend on the number by rounding.
     """
 
     name = "pardiso"
@@ -134,7 +134,7 @@ class Pardiso:
         return self._call(self._SOLVE, self._matrix, np.ascontiguousarray(right_hand_side))
 
     def another(self) -> Pardiso:
-        """Return a solver of the same kind, on one thread, that knows no matrix yet."""
+        """Return a new solver of the same kind, on one thread."""
         return type(self)()
 
     def _call(self, phase: int, matrix: sp.csr_matrix, vector: Array) -> Array:
@@ -172,7 +172,7 @@ class _SinglePardiso(Pardiso):
 
 
 class RefinedPardiso:
-    """PARDISO in single precision, its solutions refined until they are as exact as is asked.
+    """PARDISO in single precision with iterative refinement to a given residual.
 
     Each refinement solves once more for what is left and gains six or seven digits of the residual
     (Langou et al. 2006). Where it does not, as with matrices that are nearly singular, the
@@ -210,7 +210,7 @@ class RefinedPardiso:
         return self._double.solve(right_hand_side)
 
     def another(self) -> RefinedPardiso:
-        """Return a solver of the same kind, on one thread, that knows no matrix yet."""
+        """Return a new solver of the same kind, on one thread."""
         return type(self)()
 
     def _refined(self, matrix: sp.csr_matrix, wanted: Array, residual: float) -> Array | None:
@@ -235,10 +235,10 @@ def _same_pattern(one: sp.csr_matrix, other: sp.csr_matrix) -> bool:
 
 @cache
 def _mkl_library() -> str | None:
-    """Return where MKL's own wheel says that its library is, or None.
+    """Return the path of the library in MKL's wheel, or None.
 
-    Left to itself, the wrapper searches the whole environment for it when it is imported and for
-    every solver: half a second each, five where nothing is in the disk's cache yet.
+    Without it, the wrapper searches the whole environment when it is imported and for every solver:
+    half a second each, five with a cold disk cache.
     """
     try:
         installed = files("mkl") or []
@@ -248,7 +248,7 @@ def _mkl_library() -> str | None:
 
 
 class SymmetricSolver(DirectSolver, Protocol):
-    """Factorises symmetric matrices, which may be indefinite, and knows their inertia."""
+    """Factorises symmetric matrices, which may be indefinite, and counts negative eigenvalues."""
 
     def negative_pivots(self) -> int:
         """Return the number of negative eigenvalues of the matrix factorised last.
@@ -293,8 +293,7 @@ class SymmetricSuperLu(SuperLu):
 def symmetric_solver() -> SymmetricSolver:
     """Return PARDISO where its wheel is installed, SuperLU elsewhere.
 
-    Always the same one: analysing the pattern of a run's matrices takes three times as long as
-    factorising.
+    Always the same one: the analysis of a pattern takes three times as long as a factorisation.
     """
     try:
         return SymmetricPardiso()
@@ -316,7 +315,7 @@ def negative_pivots(symmetric: sp.csr_matrix) -> int:
 
 
 def _upper_triangle(matrix: sp.csr_matrix) -> sp.csr_matrix:
-    """Return the upper triangle; scipy's own takes longer than the factors are worth."""
+    """Return the upper triangle, faster than scipy does."""
     rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
     kept = matrix.indices >= rows
     before = np.concatenate([[0], np.cumsum(kept)])
@@ -328,7 +327,7 @@ def _upper_triangle(matrix: sp.csr_matrix) -> sp.csr_matrix:
 def fastest_solver(threads: int = 1) -> DirectSolver:
     """Return refined PARDISO where its wheel is installed, SuperLU elsewhere.
 
-    Two threads suit a body alone. Lips that come to rest side by side have one each.
+    Two threads suit a body of one component; components are solved in parallel with one each.
     """
     try:
         return RefinedPardiso(threads)

@@ -1,9 +1,8 @@
-"""From the first to the last instant of a rigid motion, in steps that adapt.
+"""Implicit time marching through a motion, in steps of adaptive length.
 
-Each step tries to bring the forces into balance with the rigid body where the motion puts it at the
-end of the step (:mod:`fem2d.solvers.step`). A trial that fails, or ends inside a wall, leaves no
-trace: the step is halved and tried again from the same committed state. A trial that succeeds is
-committed and reported.
+Each step balances the forces at its end (:mod:`fem2d.solvers.stepper`). A trial that fails, or is
+rejected (:mod:`fem2d.solvers.step_control`), leaves no trace: a shorter step starts from the same
+committed state. A trial that is accepted is committed and reported (:mod:`fem2d.solvers.commit`).
 """
 
 from __future__ import annotations
@@ -32,11 +31,11 @@ from geometry2d.rigid import RigidMotion
 
 
 class MarchError(DrinksimError):
-    """A march was asked for that makes no sense."""
+    """A march is described in a way that makes no sense."""
 
 
 class MarchStatus(Enum):
-    """How a march ended; the value says it in words."""
+    """How a march ended; the value is a message."""
 
     FINISHED = "the whole motion was followed"
     STEP_TOO_SMALL = "the step became too small without the forces coming into balance"
@@ -45,7 +44,7 @@ class MarchStatus(Enum):
 
 @dataclass(frozen=True)
 class MarchResult:
-    """How a march ended and where."""
+    """Result of a march: its last committed state and what it took."""
 
     status: MarchStatus
     state: State
@@ -55,7 +54,7 @@ class MarchResult:
 
     @property
     def converged(self) -> bool:
-        """Whether the whole motion was followed."""
+        """Whether the march reached its end."""
         return self.status is MarchStatus.FINISHED
 
     def __repr__(self) -> str:
@@ -78,35 +77,34 @@ def march(
     threads: Threads | None = None,
     on_commit: Callable[[Commit], None] = lambda commit: None,
 ) -> MarchResult:
-    """Follow a motion from the committed state ``start`` and return how it went.
+    """Follow a motion, or a load against time, from a committed state.
 
     Parameters
     ----------
     model
-        What is to be in balance.
+        The model.
     motion
-        Of the moving rigid bodies, in the frame of the tissue; or all that acts at each instant.
+        Of the moving rigid bodies, in the frame of the tissue; or the load at each instant, s.
     start
-        Committed state to start from; resuming from any committed state gives the same bits.
+        Committed state to start from; results do not change if a march is resumed from any state.
     end_s
-        Where to stop, s; the motion's last sample by default.
+        End of the march, s; the last sample of the motion by default.
     hand
-        Who carries the moving rigid bodies if they may leave the motion; nobody yields without.
+        What carries the moving rigid bodies if they may deviate from the motion.
     solver
-        For the linear systems, the fastest there is by default; components that do not touch get
-        others of its kind.
+        For the linear systems; by default the fastest that is installed.
     steps, newton
-        How long steps are, and when a balance is good enough.
+        Settings of the steps and of Newton's method.
     threads
-        Share the work; two by default.
+        Threads that share the work; two by default.
     on_commit
-        Called with every committed increment, in order, while the next step is being solved;
-        raising ``KeyboardInterrupt`` stops.
+        Called with each committed increment, in order, while the next step is being solved;
+        raising ``KeyboardInterrupt`` ends the march.
 
     Raises
     ------
     MarchError
-        If all that acts is given without where to stop.
+        If a load against time is given without ``end_s``.
     """
     loading, last_s = _loading(motion, end_s)
     steps, threads = steps or StepSettings(), threads or Threads()
@@ -136,7 +134,7 @@ def march(
 
 
 class _Step(NamedTuple):
-    """What came of one step: the last trial, whether it is sound, and what was tried before it."""
+    """Result of one step: the last trial, whether it is accepted, and what was tried before."""
 
     sound: bool
     trial: NewtonResult
@@ -156,7 +154,7 @@ def _tried(
     contacts: tuple[ContactResponse, ...],
     last_s: float,
 ) -> _Step:
-    """Try a step, and shorter ones until one is sound or too short."""
+    """Try a step, and shorter ones until one is accepted or would be too short."""
     carried = loading if hand is None else hand.carried(loading, state)
     at_most = min(state.next_step_s, steps.longest_s)
     rejected = iterations = 0
@@ -179,18 +177,18 @@ def _tried(
 
 
 def _loading(motion: RigidMotion | Loading, end_s: float | None) -> tuple[Loading, float]:
-    """Return what acts at each instant, and where to stop, s."""
+    """Return the load against time, and the end of the march, s."""
     if isinstance(motion, RigidMotion):
         last_s = float(motion.time_s[-1]) if end_s is None else end_s
         return lambda time_s: Load.at(motion.at(time_s), time_s), last_s
     if end_s is None:
-        raise MarchError("a march under given loads has no end of its own: give end_s")
+        raise MarchError("a load against time has no end of its own: give end_s")
     given = motion
     return lambda time_s: replace(given(time_s), time_s=time_s), end_s
 
 
 def _committed(step: _Step, hand: Hand | None, loading: Loading, steps: StepSettings) -> Commit:
-    """Make a sound trial the new committed state."""
+    """Return an accepted trial as the new committed state."""
     trial, balance, duration = step.trial, step.balance, step.duration_s
     model, before = balance.model, balance.before
     velocity, acceleration = np.zeros_like(before.velocity), before.acceleration

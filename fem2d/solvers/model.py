@@ -1,4 +1,4 @@
-"""A body, what holds it, what it touches and what acts on it: unbalanced forces and tangent."""
+"""A model: body, contacts, ties, loads, supports, inertia. Unbalanced forces and tangent."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Index = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Energies:
-    """Where the energy is at one instant, N mm."""
+    """Energies at one instant, N mm."""
 
     strain: float
     tie: float
@@ -40,19 +40,19 @@ class Energies:
 
 @dataclass(frozen=True, eq=False)
 class ModelBalance(Balance):
-    """Unbalanced forces of a model at a trial, and what its members do there.
+    """Unbalanced forces of a model at a trial, and the responses of its members.
 
     Attributes
     ----------
     model, displacement, load, before, duration_s
-        What was asked: the displacement (n, 2), mm, the load, the committed state before and the
-        time since then, s; None in statics.
+        The trial: the model, displacement (n, 2), mm, load, the committed state before it and the
+        time since then, s (None in statics).
     forces
-        (2n,) unbalanced forces without supports, N: in equilibrium, what holds the held unknowns.
+        (2n,) unbalanced forces without supports, N; in equilibrium, the reactions of the supports.
     body
         Energy, force and stiffness of the body.
     contacts
-        What each contact does; empty where the deformation is inadmissible.
+        Response of each contact; empty where the deformation is inadmissible.
     stiffness
         Builds the derivative (2n, 2n) of ``forces``, or its stand-in; see `Balance.tangent`.
     """
@@ -69,9 +69,9 @@ class ModelBalance(Balance):
 
 
 class FurtherUnknowns(Protocol):
-    """Unknowns beside the displacements, each a value of the load, with an equation for each.
+    """Unknowns beside the displacements, each a value of the load, with one equation each.
 
-    For instance a pressure that is to bring a node somewhere (`fem2d.solvers.static.Steering`).
+    For instance a pressure for which a node reaches a position (`fem2d.solvers.static.Steering`).
     """
 
     def values(self, load: Load) -> Array:
@@ -93,7 +93,7 @@ class FurtherUnknowns(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Everything whose forces balance.
+    """A body and everything that acts on it.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class Model:
     held
         (h,) unknowns ``2 * node + component`` whose displacement the load prescribes.
     inertia
-        What resists motion; nothing does by default.
+        Density and damping; none by default.
     """
 
     body: Body
@@ -149,7 +149,7 @@ class Model:
 
     @cached_property
     def tie_only(self) -> sp.csr_matrix:
-        """The same without the zeros of the body's pattern."""
+        """The same matrix without the zeros of the body's pattern."""
         tie_only = self.tie_stiffness.copy()
         tie_only.eliminate_zeros()
         return tie_only
@@ -166,21 +166,21 @@ class Model:
         return self.body.pattern.matrix(self.inertia.relaxation_s * undeformed)
 
     def at_rest(self, load: Load | None = None, *, next_step_s: float = np.inf) -> State:
-        """Return the undeformed state, before anything has touched."""
+        """Return the undeformed state under a load, without friction."""
         load, zero = load or Load(), np.zeros_like(self.body.nodes)
         contacts = self.initial_contacts(zero, load.placement)
         return State(load, zero, zero, zero, contacts, next_step_s)
 
     def initial_contacts(self, displacement: Array, placement: RigidPlacement) -> tuple[Any, ...]:
-        """Return states of the contacts at a displacement (n, 2), mm; no friction acts yet."""
+        """Return states of the contacts at a displacement (n, 2), mm, without friction."""
         return tuple(c.initial_state(displacement, placement) for c in self.contacts)
 
     def with_first_contact(
         self, before: State, predicted: Array, placement: RigidPlacement
     ) -> State:
-        """Return the state to start a step from that is expected to lead to ``predicted`` (n, 2).
+        """Return the state from which a step to a predicted displacement (n, 2), mm, starts.
 
-        Its contacts know where what touches nothing yet meets what it touches on its way.
+        Its contacts hold the places where points that are open yet meet something on their way.
         """
         contacts = tuple(
             contact.with_first_contact(state, before.displacement, predicted, placement)
@@ -191,7 +191,7 @@ class Model:
     def contact_responses(
         self, displacement: Array, placement: RigidPlacement, before: State
     ) -> tuple[ContactResponse, ...]:
-        """Return what each contact does at a trial displacement (n, 2), mm."""
+        """Return the response of each contact at a trial displacement (n, 2), mm."""
         return tuple(
             contact.evaluate(displacement, placement, state)
             for contact, state in zip(self.contacts, before.contacts, strict=True)
@@ -220,16 +220,16 @@ class Model:
         before
             The committed state before.
         duration_s
-            Time since then, s; None in statics, where nothing resists motion.
+            Time since then, s; None in statics, without inertia.
         further
             Unknowns of the load and their equations.
         bodies_still
-            Whether the moving rigid bodies are still where they were before; what their motion to
-            where the load puts them adds is then taken to first order.
+            Whether contact is evaluated with the moving rigid bodies at their placement before;
+            their motion to that of the load then counts to first order.
         body
-            The body's response at this displacement, if it is known already.
+            The body's response at this displacement, if known.
         threads
-            Share the work.
+            Threads that share the work.
         """
         # Force and tangent together cost little more than force alone; most trials are accepted.
         response = body or self.body.response(displacement, threads=threads)
@@ -307,7 +307,7 @@ class Model:
         response: Response,
         further: FurtherUnknowns | None,
     ) -> ModelBalance:
-        """Return the balance where the body is turned inside out: nothing is finite there."""
+        """Return the balance of an inadmissible deformation: nothing is finite."""
         count = displacement.size + (0 if further is None else further.values(load).size)
         nothing = np.full(count, np.inf)
 
@@ -330,10 +330,9 @@ class Model:
         return replace(plain, residual=residual, tangent=tangent)
 
     def change_of_load(self, balance: ModelBalance, load: Load) -> Array:
-        """Return by how much external forces (2n,), N, change to first order when a load comes.
+        """Return the first-order change of the external forces (2n,), N, to a new load.
 
-        At the balance's displacement, with the moving rigid bodies going to where the load puts
-        them.
+        At the displacement of a balance; moving rigid bodies go to the placement of the load.
         """
         here, before = balance.displacement, balance.load
         change = np.zeros(here.size)
@@ -370,7 +369,7 @@ class Model:
     def static_tangent(
         self, state: State, contacts: Sequence[ContactResponse], body: Response | None = None
     ) -> sp.csr_matrix:
-        """Return the tangent (2n, 2n), N/mm, that decides on the stability of an equilibrium.
+        """Return the tangent (2n, 2n), N/mm, that determines the stability of an equilibrium.
 
         It leaves out inertia and viscosity, and holds friction that slips at its present value: the
         exact tangent of sliding friction is unsymmetric, and its symmetric part indefinite at
@@ -381,9 +380,9 @@ class Model:
         state
             The equilibrium.
         contacts
-            What each contact does in it.
+            Response of each contact in it.
         body
-            The body's response there, if it is known already.
+            The body's response there, if known.
         """
         here = state.displacement
         response = body or self.body.response(here)
@@ -429,7 +428,7 @@ class Model:
         return matrix
 
     def energies(self, state: State, balance: ModelBalance) -> Energies:
-        """Return where the energy is in a committed state, whose forces ``balance`` holds."""
+        """Return the energies of a committed state, given its balance."""
         u, v = state.displacement.ravel(), state.velocity.ravel()
         pull, of_anchors = self._pull_of_ties(state.placement)
         loads = sum(load.energy(state.displacement, state.load) for load in self.loads)
@@ -445,7 +444,7 @@ class Model:
 def _with_blocks(matrix: sp.csr_matrix, dofs: Index, blocks: Array) -> sp.csr_matrix:
     """Return the matrix with blocks (j, k, k) added that couple unknowns (j, k) of any elements.
 
-    Entries are never dropped, so that the pattern depends only on who touches whom.
+    Zeros are kept, so that the pattern depends only on what touches what.
     """
     rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
     square = blocks.shape

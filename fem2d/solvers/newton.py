@@ -1,4 +1,4 @@
-"""One Newton loop for everything that is in equilibrium."""
+"""Newton's method for equilibrium, with a line search for forces that have no potential."""
 
 from __future__ import annotations
 
@@ -18,50 +18,48 @@ Array = NDArray[np.float64]
 
 
 class NewtonStatus(Enum):
-    """How a Newton solve ended; the value says it in words."""
+    """How a solve ended; the value is a message."""
 
     CONVERGED = "the forces balance"
     TOO_MANY_ITERATIONS = "the forces did not balance within the allowed iterations"
     STALLED = "the unbalanced forces stopped getting smaller"
-    INADMISSIBLE = "no admissible deformation lay along the Newton direction"
+    INADMISSIBLE = "no admissible deformation lies along the Newton direction"
     SINGULAR = "the stiffness matrix could not be factorised"
 
 
 @dataclass(frozen=True)
 class NewtonSettings:
-    """When a solve is good enough and when it is given up.
+    """Tolerances and limits of Newton's method, and numbers of its line search.
 
     Parameters
     ----------
     tolerance
         Largest unbalanced nodal force, relative to the largest nodal force that acts.
     force_floor_n
-        Nodal force below which nothing is considered to act, N.
+        Force to which the tolerance refers if no larger nodal force acts, N.
     iterations
-        Most iterations before giving up.
+        Largest number of iterations.
     patience
         Iterations in which the unbalanced forces must halve; else the solve has stalled.
     step_residual
-        What a step may leave of the forces that it is to balance, relative to the largest: far less
-        than their being nonlinear leaves, and single precision mostly gets there without being
-        refined.
+        Residual of the linear system of a step, relative to its largest force: far below the
+        nonlinear residual, and mostly reached in single precision without refinement.
     predictor_residual
-        The same of the predictor of a step. No later step corrects it: points that it brings to a
-        rigid body start to stick where it says.
+        The same for the predictor. No later step corrects it: points that it brings into contact
+        stick from there on.
     good_step, fair_step
-        A step is taken whole if it leaves at most this share of the unbalanced forces: the first
-        if it leads downhill, the second if it leads uphill.
+        A step is taken whole if it leaves at most this share of the unbalanced forces:
+        ``good_step`` if it leads downhill, ``fair_step`` if it leads uphill.
     damping
-        Share of a step that is taken once the forces no longer shrink.
+        Share of a step that is taken once the forces no longer decrease.
     search_trials
-        Places tried along one step: each costs an evaluation of forces, a new step three times
-        that.
+        Largest number of evaluations along one step: each costs a third of a new step.
     search_work
-        The search along a step ends where at most this share of its work is left.
+        The line search ends where the work of the residual is at most this share of its start.
     search_retreat
-        Share of the way to the nearest inadmissible place that is tried next.
+        Share of the distance to the nearest inadmissible trial that is tried next.
     search_margin
-        The next place along a step keeps this share of the bracket away from its ends.
+        Distance of the next trial from the ends of the bracket, over its length.
     """
 
     tolerance: float = setting(
@@ -113,34 +111,34 @@ class NewtonSettings:
         default=0.5,
         above=0.0,
         maximum=1.0,
-        description="share of a step that is taken once the forces no longer shrink",
+        description="share of a step that is taken once the forces no longer decrease",
     )
     search_trials: int = setting(
-        default=7, minimum=1, maximum=100, description="largest number of places tried along a step"
+        default=7, minimum=1, maximum=100, description="largest number of trials along a step"
     )
     search_work: float = setting(
         default=0.7,
         above=0.0,
         maximum=1.0,
-        description="share of the work of a step that may be left where its search ends",
+        description="work of the residual at which a line search ends, over that at its start",
     )
     search_retreat: float = setting(
         default=0.3,
         above=0.0,
         maximum=1.0,
-        description="share of the way towards an inadmissible place that is tried next",
+        description="share of the distance to an inadmissible trial that is tried next",
     )
     search_margin: float = setting(
         default=0.1,
         above=0.0,
         maximum=0.5,
-        description="share of the searched stretch that the next place keeps from its ends",
+        description="distance of the next trial from the ends of the bracket, over its length",
     )
 
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Unbalanced forces at a trial, and what linearises them.
+    """Unbalanced forces at a trial, and their derivative.
 
     Attributes
     ----------
@@ -160,19 +158,19 @@ class Balance:
 
 
 SomeBalance = TypeVar("SomeBalance", bound=Balance)
-"""What is being balanced may say more about a trial than Newton's method asks."""
+"""A balance may hold more than Newton's method needs."""
 
 
 @dataclass(frozen=True)
 class NewtonResult:
-    """Where a Newton solve ended.
+    """Result of a solve.
 
     Attributes
     ----------
     start, displacement
-        (n, 2) where it began and where it ended, mm.
+        (n, 2) first and last iterate, mm.
     further
-        (m,) further unknowns where it ended.
+        (m,) further unknowns of the last iterate.
     norms
         Largest unbalanced nodal force at each iterate, N.
     force_scale
@@ -226,7 +224,7 @@ def solve(
     of that work is used up. A step that leads uphill, which an indefinite tangent can produce, is
     replaced by one from the positive definite stand-in, unless it lessens the forces: with the
     unsymmetric tangent of friction, steps that lead uphill can be right. Once the forces no longer
-    shrink, steps that do not halve them are shortened to half, which ends the cycles into which
+    decrease, steps that do not halve them are shortened to half, which ends the cycles into which
     points between stick and slip, or open and closed, draw a full Newton method.
 
     Parameters
@@ -274,22 +272,22 @@ def solve(
 
 @dataclass(frozen=True)
 class _Newton(Generic[SomeBalance]):
-    """One iteration of the method, and what it needs."""
+    """One iteration of the method."""
 
     balance_at: Callable[[Array], SomeBalance]
     solver: BorderedSolver
     settings: NewtonSettings
 
     def wanted(self, balance: Balance) -> float:
-        """Return the unbalanced nodal force that is good enough, N."""
+        """Return the unbalanced nodal force at which a balance has converged, N."""
         return self.settings.tolerance * max(balance.force_scale, self.settings.force_floor_n)
 
     def next(
         self, at: Array, balance: SomeBalance, norms: Sequence[float]
     ) -> tuple[Array, SomeBalance] | None:
-        """Return the next iterate and the balance there; None if no place is admissible."""
-        # With the tangent of the last iterate the forces shrink again by about twice the ratio
-        # by which they shrank on the way here; if that is enough, no new factors are needed.
+        """Return the next iterate and its balance; None if no trial is admissible."""
+        # With the tangent of the last iterate the forces decrease by about twice the ratio by
+        # which they decreased before; if that is enough, no new factorisation is needed.
         if len(norms) > 1 and 4 * norms[-1] ** 2 < self.wanted(balance) * norms[-2]:
             found = self._repeated(at, balance)
             if found is not None:
@@ -302,7 +300,7 @@ class _Newton(Generic[SomeBalance]):
         return step
 
     def _repeated(self, at: Array, balance: SomeBalance) -> tuple[Array, SomeBalance] | None:
-        """Return where the step of the last factors leads; None if it is no good one."""
+        """Return the iterate that the last factors lead to; None if it is not a good step."""
         whole = at + self._solution(balance)
         there = self.balance_at(whole)
         good = _norm(there) < self.settings.good_step * _norm(balance)
@@ -311,7 +309,7 @@ class _Newton(Generic[SomeBalance]):
     def _step(
         self, at: Array, balance: SomeBalance, damped: bool
     ) -> tuple[Array, SomeBalance] | None:
-        """Return where one step leads, and the balance there; None if no place is admissible."""
+        """Return the next iterate and its balance; None if no trial is admissible."""
         settings = self.settings
         self.solver.factorise(balance.tangent(False))
         step = self._solution(balance)
@@ -335,10 +333,9 @@ class _Newton(Generic[SomeBalance]):
     def _along(
         self, at: Array, balance: SomeBalance, step: Array, work: float, there: SomeBalance
     ) -> tuple[Array, SomeBalance] | None:
-        """Return how far to go along a step, and the balance there; None if nowhere is admissible.
+        """Return the iterate that a line search finds, and its balance; None if none is admissible.
 
-        ``work`` is that of the residual on the step where it starts, ``there`` the balance at its
-        end.
+        ``work`` is that of the residual on the step at its start, ``there`` the balance at its end.
         """
         settings = self.settings
         share, below, work_below = 1.0, 0.0, work
@@ -367,7 +364,7 @@ class _Newton(Generic[SomeBalance]):
         return None
 
     def _between(self, below: float, work_below: float, above: float, work_above: float) -> float:
-        """Return where the work would vanish if it were linear, kept off the bracket's ends."""
+        """Return the zero of the work by linear interpolation, kept off the ends of the bracket."""
         if not np.isfinite(work_above) or work_above == work_below:
             return 0.5 * (below + above)
         margin = self.settings.search_margin
@@ -378,8 +375,8 @@ class _Newton(Generic[SomeBalance]):
 def work_of(force: Array, displacement: Array) -> float:
     """Return the work of nodal forces (2n,), N, on displacements (2n,) or (n, 2), mm, in N mm.
 
-    Not by ``@``: on long vectors BLAS wakes threads for it, which then spin for milliseconds on
-    the core that assembles half of the body.
+    Not by ``@``: on long vectors BLAS uses threads, which then spin for milliseconds on the core
+    that assembles half of the body.
     """
     return float(np.sum(force * displacement.ravel()))
 

@@ -1,7 +1,7 @@
-"""Recognising that an equilibrium is unstable: wrinkles, creases, snap-through.
+"""Static stability of an equilibrium: detection of wrinkles, creases and snap-through.
 
 A static equilibrium is stable while its tangent, without inertia and viscosity and with sliding
-friction held at its present value (`fem2d.solvers.model.System.static_tangent`), is positive
+friction held at its present value (`fem2d.solvers.model.Model.static_tangent`), is positive
 definite. The number of negative eigenvalues is read off the pivots of a symmetric factorisation
 (Sylvester's law of inertia); where it is not zero, a few steps of inverse iteration give the
 softest mode, and with it the place.
@@ -25,19 +25,19 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Instability:
-    """An unstable equilibrium.
+    """The instability of an equilibrium.
 
     Attributes
     ----------
     modes
-        Number of independent ways in which it is unstable.
+        Number of negative eigenvalues.
     place_mm
-        (2,) deformed position of the node that moves most in the softest of them.
+        (2,) deformed position of the node that moves most in the softest mode, mm.
     node
         That node.
     participation
-        Number of nodes that take part in that mode (inverse participation ratio): a wrinkle of a
-        long surface involves many, a crease or a corner few.
+        Number of nodes that take part in that mode (inverse participation ratio): many in a wrinkle
+        of a long surface, few in a crease or at a corner.
     """
 
     modes: int
@@ -48,12 +48,12 @@ class Instability:
 
 @dataclass(frozen=True)
 class Passage:
-    """A stretch of time in which committed equilibria were unstable, but for instants.
+    """A period in which committed equilibria are unstable, except at single instants.
 
     Attributes
     ----------
     start_s, end_s
-        First and last committed instant of it, s.
+        First and last committed instant, s.
     worst
         The instability at the first of its instants that has the most modes.
     """
@@ -87,7 +87,7 @@ def passages_with(
 
 
 def instability_of(tangent: sp.csr_matrix, positions: Array) -> Instability | None:
-    """Return how an equilibrium with this tangent is unstable, or None if it is stable.
+    """Return the instability of an equilibrium with this tangent, or None if it is stable.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What equilibrium at the next instant depends on, as frozen values."""
+"""The state of a model at a committed instant: all that the next instant depends on."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class State:
     displacement, velocity, acceleration
         (n, 2) of the nodes, mm, mm/s, mm/s²; the last two are zero in statics.
     contacts
-        What friction remembers, one state for each contact of the model.
+        State of each contact of the model.
     next_step_s
-        How long the next step is to be at most, s.
+        Upper bound of the next step, s.
     """
 
     load: Load
@@ -40,10 +40,10 @@ class State:
 
     @property
     def time_s(self) -> float:
-        """When, s."""
+        """The instant, s."""
         return self.load.time_s
 
     @property
     def placement(self) -> RigidPlacement:
-        """Where the moving rigid bodies are."""
+        """Placement of the moving rigid bodies."""
         return self.load.placement

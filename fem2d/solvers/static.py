@@ -1,10 +1,9 @@
 """Static equilibrium under loads and in contact, also beyond limit points.
 
-Two things can steer a step: the load, or the displacement of one unknown, for which the pressure
-is then solved too (`Steering`). The second goes round the limit point of a pressure, where the
-first ends because no equilibrium lies nearby. Held unknowns are eliminated, so what holds the body
-is rigid. Where they are moved, the move enters through a linear solve for the whole body: moving
-them alone would turn elements inside out.
+A step prescribes the load, or the displacement of one unknown, and the pressure is then solved for
+(`Steering`). The second passes the limit point of a pressure, where the first ends because no
+equilibrium lies nearby. Held unknowns are eliminated: supports are rigid. Where they move, the
+predictor moves the whole body with them; moving them alone would turn elements inside out.
 """
 
 from __future__ import annotations
@@ -43,11 +42,11 @@ STATIC_NEWTON = NewtonSettings(tolerance=1e-8, force_floor_n=1e-9)
 
 
 class StaticsError(DrinksimError):
-    """A static problem was described in a way that makes no sense."""
+    """A static problem is described in a way that makes no sense."""
 
 
 class StaticStatus(Enum):
-    """How a search for equilibrium ended; the value says it in words."""
+    """How a search for equilibrium ended; the value is a message."""
 
     CONVERGED = "the forces balance under the load"
     STEP_FAILED = "the forces did not come into balance in the step"
@@ -56,20 +55,20 @@ class StaticStatus(Enum):
 
 @dataclass(frozen=True)
 class StaticSettings:
-    """How equilibria are searched.
+    """How equilibria are searched for.
 
     Parameters
     ----------
     newton
-        When a balance is good enough and when a step is given up.
+        Settings of Newton's method in a model with contact.
     free_iterations
-        Most iterations, and those in which forces must halve, of a model without contact: it
-        remembers no path, so it may snap, forces growing, in one step.
+        Iterations and patience of Newton's method in a model without contact. It has no memory of
+        its path, so it may snap within one step, during which the forces grow.
     halvings
-        A step that fails this many times when halved leads nowhere.
+        Largest number of halvings of the step of a load.
     first_contact
-        Whether a point that meets something within a step starts to stick where it does. Otherwise
-        its slip counts from the start of the step.
+        Whether a point that meets something within a step sticks from there on. Otherwise its slip
+        counts from the start of the step.
     """
 
     newton: NewtonSettings = STATIC_NEWTON
@@ -97,20 +96,18 @@ class StaticSettings:
 
 @dataclass(frozen=True, eq=False)
 class StaticResult:
-    """How a search for equilibrium ended.
+    """Result of a search for equilibrium.
 
     Attributes
     ----------
     status
-        Whether the forces balance.
+        How the search ended.
     state
-        The equilibrium; if the search failed, the last one that was found.
+        The equilibrium; if the search failed, the last one before.
     balance
-        What body and contacts do there.
+        The balance there.
     newton
-        How Newton's method ended in the last step that was tried.
-    iterations
-        Linear systems solved in that step.
+        Result of Newton's method in the last step that was tried.
     """
 
     status: StaticStatus
@@ -130,22 +127,22 @@ class StaticResult:
 
     @property
     def load(self) -> Load:
-        """What acts; the pressure found where a displacement steered."""
+        """The load; with the pressure found if a `Steering` was given."""
         return self.state.load
 
     @property
     def contacts(self) -> tuple[ContactResponse, ...]:
-        """What each contact does."""
+        """Response of each contact."""
         return self.balance.contacts
 
     @property
     def reaction(self) -> Array:
-        """(2n,) internal less external forces, N: what holds the body at its held unknowns."""
+        """(2n,) forces of the supports on the held unknowns, N; elsewhere the unbalanced ones."""
         return self.balance.forces
 
     @property
     def iterations(self) -> int:
-        """Linear systems solved in the last step."""
+        """Iterations of Newton's method in the last step."""
         return self.newton.iterations
 
     def __repr__(self) -> str:
@@ -155,16 +152,16 @@ class StaticResult:
 
 @dataclass(frozen=True)
 class Steering:
-    """A displacement that one unknown is to reach, by whatever pressure that takes.
+    """A displacement that one unknown reaches, for which the pressure is solved.
 
     Parameters
     ----------
     unknown
         ``2 * node + component``.
     value_mm
-        Where it is to be, mm.
+        Its displacement, mm.
     stiffness_n_per_mm
-        What makes a force of the distance that is missing, N/mm.
+        Scale that makes a force of the missing displacement, N/mm.
     """
 
     unknown: int
@@ -180,12 +177,12 @@ class Steering:
         return replace(load, pressure_mpa=float(values[0]))
 
     def residual(self, trial: ModelBalance) -> Array:
-        """Return the distance (1,) that is missing, as a force, N."""
+        """Return the missing displacement (1,) as a force, N."""
         missing = trial.displacement.flat[self.unknown] - self.value_mm
         return np.array([self.stiffness_n_per_mm * missing])
 
     def border(self, trial: ModelBalance, *, psd: bool) -> Border:
-        """Return the derivatives of forces and of the missing distance."""
+        """Return the derivatives of the forces and of the missing displacement."""
         per_mpa = np.zeros(trial.displacement.size)
         for load in trial.model.loads:
             if isinstance(load, FollowerPressure):
@@ -196,12 +193,12 @@ class Steering:
 
 
 def kept_at(model: Model, displacement: ArrayLike = 0.0, load: Load | None = None) -> StaticResult:
-    """Return the model kept at a displacement (n, 2), mm, by dead forces if need be.
+    """Return the model in equilibrium at a displacement (n, 2), mm, kept there by dead forces.
 
     Raises
     ------
     StaticsError
-        If an element is turned inside out there.
+        If the displacement is inadmissible.
     """
     there = np.array(np.broadcast_to(np.asarray(displacement, float), model.body.nodes.shape))
     load = replace(load or Load(), held_mm=there.flat[model.held], dead_n=0.0)
@@ -211,7 +208,7 @@ def kept_at(model: Model, displacement: ArrayLike = 0.0, load: Load | None = Non
     )  # fmt: skip
     unkept = model.balance(there, load, before)
     if not np.isfinite(unkept.body.energy):
-        raise StaticsError("nothing can be kept where an element is turned inside out")
+        raise StaticsError("the displacement turns an element inside out: give an admissible one")
     load = replace(load, dead_n=np.where(model.free, unkept.forces, 0.0))
     balance = model.balance(there, load, before, body=unkept.body)
     nothing = NewtonResult(NewtonStatus.CONVERGED, there, there, np.empty(0), (0.0,), 0.0)
@@ -227,23 +224,22 @@ def solve_static(
     settings: StaticSettings | None = None,
     threads: Threads | None = None,
 ) -> StaticResult:
-    """Return the equilibrium under a load, or how the search for it failed.
+    """Return the equilibrium under a load.
 
     Parameters
     ----------
     model
-        What is to be in balance.
+        The model.
     load
-        What acts.
+        The load.
     start
-        The equilibrium to start from, on whose contacts friction depends; the undeformed model by
-        default.
+        The equilibrium before, on which friction depends; the undeformed model by default.
     solver
-        For the linear systems; the fastest there is by default.
+        For the linear systems; by default the fastest that is installed.
     settings
-        How equilibria are searched.
+        How equilibria are searched for.
     threads
-        Share the work.
+        Threads that share the work.
 
     Examples
     --------
@@ -273,9 +269,10 @@ def static_path(
 ) -> Iterator[StaticResult]:
     """Yield the equilibria on the way to a load, the last one under it.
 
-    The whole load is tried at once. A step that fails is halved and tried again, one that succeeds
-    is followed by one twice as long. If even the shortest fails, the last result says so, and holds
-    the same equilibrium as the one before it. For parameters see `solve_static`.
+    The whole load is tried in one step. A step that fails is halved; one that succeeds is followed
+    by one twice as long. If the shortest step fails, the last result has the status
+    ``STEP_TOO_SMALL`` and the state of the result before it. Parameters are those of
+    `solve_static`.
     """
     settings, solver = settings or StaticSettings(), solver or fastest_solver()
     threads = threads or Threads()
@@ -308,26 +305,26 @@ def static_step(
     guess: Array | None = None,
     threads: Threads = ONE_THREAD,
 ) -> StaticResult:
-    """Return the equilibrium at a load that Newton's method finds in one step.
+    """Return the equilibrium under a load, searched for in one step.
 
     Parameters
     ----------
     model
-        What is to be in balance.
+        The model.
     before
         The equilibrium before.
     load
-        What acts; for ``further`` unknowns, where the search for them starts.
+        The load; with ``further`` unknowns, their values in it are where the search starts.
     solver
         For the linear systems.
     settings
-        How equilibria are searched.
+        How equilibria are searched for.
     further
         Unknowns of the load and their equations, such as a `Steering`.
     guess
-        (n, 2) where to start, mm; what is expected to first order if absent.
+        (n, 2) first iterate, mm; that of the predictor by default.
     threads
-        Share the work.
+        Threads that share the work.
     """
     settings = settings or StaticSettings()
     here = before.displacement
@@ -354,7 +351,7 @@ def static_step(
 
 
 def _committed(balance: ModelBalance, newton: NewtonResult) -> StaticResult:
-    """Return an equilibrium as what the next step starts from."""
+    """Return an equilibrium as a result."""
     still = np.zeros_like(balance.displacement)
     contacts = tuple(touch.state for touch in balance.contacts)
     state = State(balance.load, balance.displacement, still, still, contacts)
@@ -364,8 +361,8 @@ def _committed(balance: ModelBalance, newton: NewtonResult) -> StaticResult:
 def eigenvalue_nearest_zero(result: StaticResult, *, solver: DirectSolver) -> float:
     """Return the eigenvalue of the tangent that is nearest to zero, N/mm; nan if none is found.
 
-    It passes through zero where an equilibrium is lost: at a limit point of the load or at a
-    bifurcation. Held unknowns are left out.
+    It passes through zero at a limit point of the load and at a bifurcation. Held unknowns are left
+    out.
     """
     free = result.balance.model.free
     try:

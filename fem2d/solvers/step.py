@@ -1,4 +1,4 @@
-"""One step: predict to first order where the load leads, then balance the forces."""
+"""One step: a first-order predictor, then Newton's method."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fem2d.threads import ONE_THREAD, Threads
 Array = NDArray[np.float64]
 
 Trial: TypeAlias = tuple[NewtonResult, ModelBalance]
-"""How Newton's method ended, and the balance there; nothing is committed."""
+"""Result of Newton's method and the balance there; nothing is committed."""
 
 
 def balanced(
@@ -39,9 +39,9 @@ def balanced(
     Parameters
     ----------
     model
-        What is to be in balance.
+        The model.
     load
-        What acts; for ``further`` unknowns, where the search for them starts.
+        What acts; with ``further`` unknowns, their values in it are where the search starts.
     before
         The committed state before.
     duration_s
@@ -51,11 +51,11 @@ def balanced(
     solver
         For the linear systems.
     newton
-        When a balance is good enough.
+        Settings of Newton's method.
     further
         Unknowns of the load and their equations.
     threads
-        Share the work.
+        Threads that share the work.
     """
     count = start.size
     values = np.empty(0) if further is None else further.values(load)
@@ -85,18 +85,18 @@ def predicted(
     residual: float,
     further: FurtherUnknowns | None = None,
 ) -> tuple[Array, Load]:
-    """Return displacement (n, 2), mm, and load to which unbalanced forces lead to first order.
+    """Return the displacement (n, 2), mm, and load that balance the forces to first order.
 
     Parameters
     ----------
     balance
-        Of the committed displacement; its tangent is used.
+        At the committed displacement; its tangent is used.
     forces
-        (2n,) what is out of balance there under the load to come, N.
+        (2n,) unbalanced forces there under the new load, N.
     load
-        The load to come.
+        The new load.
     solver, residual
-        For the linear system, and what its solution may leave.
+        For the linear system, and its residual.
     further
         Unknowns of the load and their equations.
     """
@@ -123,7 +123,7 @@ def predicted(
 
 
 def with_supports_moved(model: Model, displacement: Array, load: Load) -> Array:
-    """Return a displacement (n, 2), mm, with the held unknowns where the load puts them."""
+    """Return a displacement (n, 2), mm, with the held unknowns at the values of a load."""
     if not model.held.size:
         return displacement
     moved = displacement.copy()
@@ -134,7 +134,7 @@ def with_supports_moved(model: Model, displacement: Array, load: Load) -> Array:
 def from_prediction(
     solved: Callable[[Array], Trial], prediction: Array, unpredicted: Array
 ) -> Trial:
-    """Return the trial that starts at a prediction; from elsewhere if that is inadmissible."""
+    """Return the trial from a prediction, or from ``unpredicted`` if that is inadmissible."""
     trial = solved(prediction)
     if trial[0].status is NewtonStatus.INADMISSIBLE and trial[0].iterations == 0:
         return solved(unpredicted)

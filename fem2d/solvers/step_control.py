@@ -1,4 +1,4 @@
-"""How long a step is, and whether what came of it is accepted."""
+"""Length of the steps of a march, and criteria by which a trial is accepted."""
 
 from __future__ import annotations
 
@@ -17,43 +17,43 @@ from geometry2d.foundation.settings import setting
 from geometry2d.rigid import RigidPlacement
 
 TINY_MM = 1e-12
-"""A way or an error shorter than this limits no step."""
+"""Travels and errors below this limit no step; it guards divisions."""
 
 
 @dataclass(frozen=True)
 class StepSettings:
-    """How long steps are.
+    """Length of steps, and criteria by which a trial is accepted.
 
     Parameters
     ----------
     longest_s, shortest_s
-        Bounds of a step, s; below the shortest the march stops.
+        Bounds of a step, s; the march ends if it needs a shorter one.
     travel_mm
-        Most that the rigid body moves in one step past a point of the tissue that is near, mm.
+        Largest motion of the rigid body in one step past a nearby point of the tissue, mm.
     gap_share
-        Share of a wide gap that it crosses in one step if that is more.
+        Share of a wide gap that it may cross in one step, if that is more.
     accuracy_mm
-        Largest difference between where the tissue was predicted to go and where it goes that is
-        aimed at, mm. Friction depends on the path, and this tells how bent it is.
+        Predictor error, the largest distance between predicted and final position of a node, at
+        which the step length aims, mm. Friction depends on the path, and this error measures its
+        curvature.
     snap_s, snap_errors
-        A step longer than the first that errs by more than so many times ``accuracy_mm`` is
-        rejected: no mere bend in the path does that, but a lip that snaps off an edge, and what
-        happens in the snap is to be seen.
+        A step longer than ``snap_s`` with a predictor error above ``snap_errors`` times
+        ``accuracy_mm`` is rejected. A snap, as of a lip off an edge, is resolved that way.
     easy_iterations, hard_iterations
-        A step that needs no more (less) iterations than this is followed by a longer (shorter) one.
+        A step with at most (at least) so many iterations is followed by a longer (shorter) one.
     shorter, longer
-        Length of the step that follows a hard and an easy one, over that one's.
+        Length of the step after a hard and after an easy one, over that one's.
     least_growth
-        Least length of a step over that of an accepted one before it, however badly predicted.
+        Least length of a step, over that of the accepted one before it.
     cutback
-        Length of a step that is tried again, over that of the rejected one.
+        Length of a step after a rejected one, over that one's.
     penetration_growth_mm
-        A trial in which the deepest penetration of a rigid body grows by more than this is rejected
-        although its forces balance, mm: a lip that snaps can straddle a thin wall, whose two sides
-        then hold it there. Far more than pressure adds in one step.
+        A trial in which the deepest penetration of a rigid body grows by more than this is
+        rejected although its forces balance, mm: a lip that snaps can end astride a thin wall,
+        whose two sides then hold it. Pressure alone adds far less in one step.
     leap_share
-        A step is rejected in which a body that a hand carries goes so far that less than this share
-        of its way would have been allowed.
+        A step is rejected in which a body in a hand moves farther than its allowed travel over this
+        share.
     watch_stability
         Whether every committed state is tested for static stability.
     """
@@ -124,7 +124,7 @@ class StepSettings:
         default=0.5,
         above=0.0,
         maximum=0.99,
-        description="length of a step that is tried again, over that of the rejected one",
+        description="length of a step after a rejected one, over that one's",
     )
     penetration_growth_mm: float = setting(
         default=0.1,
@@ -136,7 +136,8 @@ class StepSettings:
         default=0.5,
         above=0.0,
         maximum=1.0,
-        description="a step is rejected in which a carried body was allowed less of its way",
+        description="a step is rejected if the allowed travel of a body in a hand is a smaller "
+        "share of its motion",
     )
     watch_stability: bool = setting(
         default=False, description="whether the stability of every committed state is tested"
@@ -150,16 +151,16 @@ def proposed_duration(
     contacts: tuple[ContactResponse, ...],
     at_most_s: float,
 ) -> float:
-    """Return the duration of the next step, s: as long as moving bodies may travel in one.
+    """Return the duration of the next step, s, as the travel of moving bodies allows.
 
     Parameters
     ----------
     steps
-        How long steps are.
+        Settings of the steps.
     loading
-        What acts at each instant.
+        The load against time.
     state, contacts
-        The committed state and what contacts do in it.
+        The committed state, and the response of each contact in it.
     at_most_s
         Bound of the step, s.
     """
@@ -176,21 +177,21 @@ def is_sound(
     *,
     carried: bool,
 ) -> bool:
-    """Whether a trial is to be committed.
+    """Whether a trial is accepted.
 
-    Its forces balance, tissue has not gone into a rigid body farther than pressure can push it in
-    one step, nor elsewhere than was predicted in a step too long to tell how.
+    Newton's method has converged, penetration has not grown by more than pressure explains, and the
+    predictor error is not that of a snap in a long step.
 
     Parameters
     ----------
     steps
-        How long steps are.
+        Settings of the steps.
     trial, balance
-        How Newton's method ended, and the balance there.
+        Result of Newton's method, and the balance there.
     contacts
-        What contacts do in the committed state.
+        Response of each contact in the committed state.
     carried
-        Whether a hand carries the moving bodies, which may then go farther than was foreseen.
+        Whether a hand carries the moving bodies; their motion is then not known in advance.
     """
     if not trial.converged or balance.duration_s is None:
         return False
@@ -204,7 +205,7 @@ def is_sound(
 
 
 def growth(steps: StepSettings, trial: NewtonResult, rejected: int) -> float:
-    """Return the length of the next step over that of one accepted after so many rejected ones."""
+    """Return the length of the next step over that of a step accepted after some rejected ones."""
     if rejected > 0 or trial.iterations >= steps.hard_iterations:
         usual = steps.shorter
     else:
@@ -219,7 +220,7 @@ def _allowed_share(
     here: RigidPlacement,
     there: RigidPlacement,
 ) -> float:
-    """Return what share of their way moving bodies may travel in one step past near tissue."""
+    """Return the share of their motion that moving bodies may travel in one step."""
     share = np.inf
     for touch in rigid_responses(contacts):
         if touch.contact.moving:

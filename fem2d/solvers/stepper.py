@@ -1,4 +1,4 @@
-"""Steps of a march: by components while these do not touch one another, else as a whole."""
+"""Steps of a march, component by component while components do not touch one another."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ Array = NDArray[np.float64]
 class Stepper:
     """Tries steps of a model.
 
-    Components take as many iterations as each needs, side by side. Where they end is where the
-    whole begins; unless they have met there, its forces balance at once.
+    Each component is balanced alone, in as many iterations as it needs, in parallel. The whole
+    model starts from the results and is in balance at once unless components have met.
 
     Parameters
     ----------
     model
-        What is to be in balance.
+        The model.
     solver
-        For the linear systems of the whole; each component gets another one of its kind.
+        For the linear systems of the whole model; each component gets another one of its kind.
     newton
-        When a balance is good enough.
+        Settings of Newton's method.
     threads
-        Share the work.
+        Threads that share the work.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Stepper:
     def _whole(
         self, state: State, load: Load, duration_s: float, trials: list[NewtonResult]
     ) -> Trial:
-        """Balance the forces of the whole from where its components ended."""
+        """Balance the whole model from the results of its components."""
         model, components = self._model, [component for component, _ in self._components]
         count = len(model.body.nodes)
         start = gather(components, [trial.start for trial in trials], count)
