@@ -19,6 +19,7 @@ from scenarios.results.solution import Solution
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.results.writer import SolutionWriter
 from scenarios.settings.hand import HandSettings
+from scenarios.settings.inputs import check_inputs, input_files
 from scenarios.settings.scenario import (
     MotionFile,
     Recording,
@@ -124,6 +125,7 @@ def solve(
     OSError
         If ``out`` cannot be written.
     """
+    check_inputs(scenario)
     refuse_contradictions(neck_findings_of(scenario))
     with chosen_progress(progress, f"replay {scenario.name}") as show:
         if out is None:
@@ -169,7 +171,7 @@ def _solved_into(
     kept = MotionFile(f"{MOTION_FOLDER}/motion.csv")
     with_motion = scenario.with_(motion=kept.file, filmed=scenario.filmed)
     text = resolved_toml(replace(with_motion, motion=kept))
-    inputs = _inputs(scenario)
+    inputs = _checksums(scenario)
     if (out / SUMMARY_FILE).is_file() and not overwrite:
         other = differing_input(out, fingerprint(text, inputs))
         if other is not None:
@@ -227,29 +229,9 @@ def _reference_run(scenario: Scenario, folder: Path | None, progress: Progress) 
     return solve(filmed, out=folder, resume=folder is not None, progress=progress)
 
 
-def _inputs(scenario: Scenario) -> dict[str, str]:
-    """Return the checksums of the files that a replay depends on, by the settings that name them.
-
-    Raises
-    ------
-    ScenarioError
-        If one of them is missing.
-    """
-    files = {"package.outline": scenario.package.outline, "head.outline": scenario.head.outline}
-    if isinstance(scenario.motion, MotionFile):
-        files["motion.file"] = scenario.motion.file
-    elif scenario.recording is not None:
-        files["recording.video"] = scenario.recording.video
-        files["recording.markers"] = scenario.recording.markers
-    checksums = {}
-    for setting, file in files.items():
-        if file is None:
-            continue
-        if not Path(file).is_file():
-            remedy = "make one with drinksim convert" if "motion" in setting else "check the path"
-            raise ScenarioError(f"{setting}: no file {file}: {remedy}")
-        checksums[setting] = checksum(Path(file))
-    return checksums
+def _checksums(scenario: Scenario) -> dict[str, str]:
+    """Return the checksums of a replay's input files, by the settings that name them."""
+    return {setting: checksum(file) for setting, file in input_files(scenario).items()}
 
 
 def _provided_motion(scenario: Scenario, writer: SolutionWriter, progress: Progress) -> Path:

@@ -17,6 +17,7 @@ from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 from geometry2d.views.draw import draw_head, draw_neck
 from scenarios.results.messages import carried_message, placement_message
 from scenarios.results.quantities import LIPS
+from scenarios.settings.inputs import check_inputs
 from scenarios.settings.scenario import Scenario
 from scenarios.sip.findings import Finding, Severity, gaps_mm
 from scenarios.sip.replay import neck_findings_of, placed_neck
@@ -57,6 +58,7 @@ def write_preview(scenario: Scenario, out: Path, *, progress: Progress) -> tuple
     DrinksimError
         If an input cannot be used.
     """
+    check_inputs(scenario)
     of_neck = neck_findings_of(scenario)
     if any(finding.severity is Severity.ERROR for finding in of_neck):
         return of_neck
