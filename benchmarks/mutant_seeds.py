@@ -30,7 +30,7 @@ from mocap.formats.trc import write_trc
 from mocap.tracking.marker_file import EXAMPLE, read_markers
 from mocap.tracking.tracks import Tracks
 from mocap.video.frames import Video
-from scenarios.recordings.rendering import LIBRARY, read_script
+from scenarios.recordings.script import LIBRARY, read_script
 from scenarios.settings.scenario import load_scenario, resolved_toml
 from scenarios.studies.fit import Target
 

@@ -18,7 +18,6 @@ the limits of a calibration. A library file holds one such table a layer and is 
 from __future__ import annotations
 
 import difflib
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
@@ -29,6 +28,14 @@ from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.material import Material, MaterialError
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
+from geometry2d.foundation.text import short
+from geometry2d.foundation.toml import read_toml, shown
+
+MOST_TERMS = 20
+"""Terms of a law, and families of fibres; laws in use have a handful."""
+
+SIZES = (1e-9, 1e9)
+"""Parameters, in the units of their names, are 0 or of a size between these."""
 
 LIBRARY = Path(str(files("fem2d") / "materials" / "library"))
 NOTES = ("source", "reading", "range")
@@ -73,9 +80,7 @@ class MaterialCard:
 def library_materials() -> list[str]:
     """Return the names of all materials of the library, ``file/layer``."""
     return [
-        f"{path.stem}/{layer}"
-        for path in sorted(LIBRARY.glob("*.toml"))
-        for layer in tomllib.loads(path.read_text(encoding="utf-8"))
+        f"{path.stem}/{layer}" for path in sorted(LIBRARY.glob("*.toml")) for layer in _read(path)
     ]
 
 
@@ -112,11 +117,19 @@ def configuration_cards(name_or_file: str) -> dict[str, MaterialCard]:
         }
     if not path.is_file():
         raise MaterialError(f"configuration file {name_or_file} does not exist: check the path")
-    layers = {name: table for name, table in _read(path).items() if isinstance(table, dict)}
-    if not layers:
-        raise MaterialError(f"{path}: no layers: write one table a layer, e.g. [dermis] and [bulk]")
+    layers = _read(path)
+    for name, table in layers.items():
+        if not isinstance(table, dict):
+            raise MaterialError(
+                f"{path}: {short(name)} = {shown(table)} belongs to no layer: write one table "
+                "a layer, e.g. [dermis] and [bulk]"
+            )
+    if not 1 <= len(layers) <= MOST_TERMS:
+        raise MaterialError(
+            f"{path}: {len(layers)} layers: write one table a layer, e.g. [dermis] and [bulk]"
+        )
     return {
-        name: _card(f"{path.stem}/{name}", table, f"{path.name}, [{name}]: ")
+        name: _card(f"{path.stem}/{name}", table, f"{path.name}, [{short(name)}]: ")
         for name, table in layers.items()
     }
 
@@ -178,9 +191,9 @@ def material_from(table: Mapping[str, Any], where: str = "") -> Material:
         Naming the parameter, its value and the remedy.
     """
     law = table.get("law")
-    if law not in LAWS:
+    if not isinstance(law, str) or law not in LAWS:
         raise MaterialError(
-            (f"{where}law = {law!r} is unknown: " if law else f"{where}law is missing: ")
+            (f"{where}law = {shown(law)} is unknown: " if law else f"{where}law is missing: ")
             + "choose one of "
             + ", ".join(LAWS)
         )
@@ -190,7 +203,7 @@ def material_from(table: Mapping[str, Any], where: str = "") -> Material:
         if key not in allowed:
             near = difflib.get_close_matches(key, allowed, n=1)
             raise MaterialError(
-                f"{where}{key} = {table[key]!r} is no parameter of {law}"
+                f"{where}{short(key)} = {shown(table[key])} is no parameter of {law}"
                 + (f": did you mean {near[0]}?" if near else f": it has {', '.join(allowed)}")
             )
     for key in required:
@@ -218,50 +231,82 @@ def _law(law: str, table: Mapping[str, Any], given: str) -> Material:
     D1 = None if poisson is not None else _number(table, given)
     if law == "neo-hookean":
         return NeoHookean(C10, D1, poisson=poisson)
-    fibres = table.get("fibres", [[1.0, 0.0, 0.0]])
-    try:
-        directions = tuple((float(a), float(b), float(c)) for a, b, c in fibres)
-    except (TypeError, ValueError):
-        raise MaterialError(
-            f"fibres = {fibres!r}: give one direction [x, y, z] for each family"
-        ) from None
+    directions = _directions(table.get("fibres", [[1.0, 0.0, 0.0]]))
     k1, k2, kappa = (_number(table, key) for key in ("k1_mpa", "k2", "kappa"))
     return HolzapfelGasserOgden(C10, k1, k2, kappa, D1, directions, poisson=poisson)
+
+
+def _directions(fibres: object) -> tuple[tuple[float, float, float], ...]:
+    """Return the direction of each family of fibres."""
+    rows = fibres if isinstance(fibres, list) and len(fibres) <= MOST_TERMS else []
+    if not rows or not all(isinstance(row, list) and len(row) == 3 for row in rows):
+        raise MaterialError(
+            f"fibres = {shown(fibres)}: give one direction [x, y, z] for each family, at most "
+            f"{MOST_TERMS}"
+        )
+    found = [[_number({"fibres": value}, "fibres") for value in row] for row in rows]
+    return tuple((x, y, z) for x, y, z in found)
 
 
 def _number(table: Mapping[str, Any], key: str) -> float:
     value = table[key]
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise MaterialError(f"{key} = {value!r} is not a number")
+        raise MaterialError(f"{key} = {shown(value)} is not a number: write one")
+    if value != 0 and not SIZES[0] <= abs(value) <= SIZES[1]:
+        raise MaterialError(
+            f"{key} = {shown(value)} is neither 0 nor between {SIZES[0]:g} and "
+            f"{SIZES[1]:g} in size: check the unit"
+        )
     return float(value)
 
 
 def _numbers(table: Mapping[str, Any], key: str) -> tuple[float, ...]:
     value = table[key]
-    return tuple(_number({key: v}, key) for v in (value if isinstance(value, list) else [value]))
+    values = value if isinstance(value, list) else [value]
+    if not 1 <= len(values) <= MOST_TERMS:
+        raise MaterialError(f"{key} has {len(values)} terms: give 1 to {MOST_TERMS}")
+    return tuple(_number({key: v}, key) for v in values)
 
 
 def _card(name: str, table: Mapping[str, Any], where: str) -> MaterialCard:
-    ranges = {
-        key: (float(low), float(guess), float(high))
-        for key, (low, guess, high) in table.get("range", {}).items()
-    }
-    parameters = {key: value for key, value in table.items() if key not in NOTES}
+    material = material_from(table, where)
+    for key in ("source", "reading"):
+        if not isinstance(table.get(key, ""), str):
+            raise MaterialError(f"{where}{key} = {shown(table[key])}: write a text in quotes")
     return MaterialCard(
         name,
-        material_from(table, where),
-        parameters,
+        material,
+        {key: value for key, value in table.items() if key not in NOTES},
         table.get("source", ""),
         table.get("reading", ""),
-        ranges,
+        _ranges(table, where),
     )
 
 
+def _ranges(table: Mapping[str, Any], where: str) -> dict[str, tuple[float, float, float]]:
+    """Return the limits of a calibration by parameter."""
+    given = table.get("range", {})
+    if not isinstance(given, Mapping):
+        raise MaterialError(f"{where}range = {shown(given)}: write range.k2 = [0.1, 0.13, 0.2]")
+    ranges = {}
+    for key, limits in given.items():
+        place = f"{where}range.{short(key)} = {shown(limits)}"
+        if key not in table:
+            raise MaterialError(f"{place}: there is no parameter of that name: correct it")
+        if isinstance(table[key], list) and len(table[key]) != 1:
+            raise MaterialError(f"{place}: only a single number may vary: leave the range out")
+        if not isinstance(limits, list) or len(limits) != 3:
+            raise MaterialError(f"{place}: give lowest, first guess and highest")
+        try:
+            low, guess, high = (_number({key: value}, key) for value in limits)
+        except MaterialError as error:
+            raise MaterialError(f"{where}range.{error}") from None
+        ranges[key] = (low, guess, high)
+    return ranges
+
+
 def _read(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise MaterialError(f"{path}: not valid TOML: {error}") from None
+    return read_toml(path, what="material file", error=MaterialError)
 
 
 def _nearest(kind: str, name: str, known: list[str]) -> str:

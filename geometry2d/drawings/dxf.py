@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.drawings.chains import Chain, DrawingError, PieceCount
-from geometry2d.foundation.text import bytes_of, quoted
+from geometry2d.foundation.text import bytes_of, quoted, short
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
@@ -85,7 +85,7 @@ def read_dxf(
     except Exception as error:
         # A damaged file fails anywhere inside the reader, with whatever Python says there.
         structure = isinstance(error, ezdxf.DXFStructureError)  # type: ignore[attr-defined]
-        reason = f" ({quoted(str(error), LONGEST_REASON)[1:-1]})" if structure else ""
+        reason = f" ({short(str(error), LONGEST_REASON)})" if structure else ""
         raise DrawingError(
             f"{file.name} is no DXF drawing that can be read{reason}: export it again"
         ) from error

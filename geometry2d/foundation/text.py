@@ -140,6 +140,15 @@ def number(text: str) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def short(text: str, most: int = SHOWN) -> str:
+    r"""Return a name as messages show it: on one line, shortened.
+
+    >>> short("a\tb"), short("x" * 99, most=5)
+    ('a\\tb', 'xxxxx…')
+    """
+    return quoted(text, most)[1:-1]
+
+
 def quoted(text: str, most: int = SHOWN) -> str:
     r"""Return a file's own text as messages show it: in quotes, on one line, shortened.
 

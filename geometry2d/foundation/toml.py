@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from geometry2d.foundation.errors import DrinksimError
-from geometry2d.foundation.text import SHOWN, quoted, text_of
+from geometry2d.foundation.text import SHOWN, short, text_of
 
 MOST_BYTES = 1_000_000
 DEEPEST = 32
@@ -78,7 +78,7 @@ def shown(value: object) -> str:
     ('true', '"a"', '[1, 2.5]', '{a = "b"}')
     """
     text = "".join(_pieces(value, SHOWN + 1))
-    text = text if text.isprintable() else quoted(text)[1:-1]
+    text = text if text.isprintable() else short(text)
     return text if len(text) <= SHOWN else text[:SHOWN] + "…"
 
 

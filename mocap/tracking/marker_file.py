@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from geometry2d.foundation.text import quoted
+from geometry2d.foundation.text import quoted, short
 from geometry2d.foundation.toml import read_toml, shown
 from mocap.tracking.markers import (
     DEFAULT_BODIES,
@@ -140,7 +140,7 @@ class _MarkerFileReader:
                 or not all(isinstance(name, str) for name in members)
             ):
                 raise self._error(
-                    f"[bodies] {quoted(body)[1:-1]} = {shown(members)}: give a list of marker "
+                    f"[bodies] {short(body)} = {shown(members)}: give a list of marker "
                     'names, such as ["ear", "nose"]'
                 )
             bodies[body] = tuple(members)

@@ -11,32 +11,23 @@ from __future__ import annotations
 
 import argparse
 import csv
-import tomllib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry2d.anatomy.head import HeadMeasurements, HeadSection, head_section
-from geometry2d.foundation.errors import DrinksimError
-from geometry2d.neck import NECKS, NeckSection, neck_section
-from geometry2d.rigid import RigidMotion, rotated
-from mocap.synthetic.camera import Camera, Image, Lens, Sensor, SyntheticError
+from geometry2d.rigid import rotated
+from mocap.synthetic.camera import Image, SyntheticError
 from mocap.synthetic.recording_file import frame_times, write_recording
 from mocap.synthetic.rendering import render
-from mocap.synthetic.scene import Light, Scene
+from mocap.synthetic.scene import Scene
 from mocap.synthetic.truth import Truth, write_truth
-from scenarios.recordings.choreography import PosePath, PoseStep
 from scenarios.recordings.held_package import package_bodies
 from scenarios.recordings.portrait import BACKGROUND, head_body, jaw_body, trunk_body
-from scenarios.settings.tables import SettingError, table_from
+from scenarios.recordings.script import RenderingError, Script, script_of
+from scenarios.settings.tables import SettingError
 
-LIBRARY = Path(__file__).parents[1] / "library"
-SAMPLES_PER_S = 200.0
-MARGIN_S = 0.1
 MOTION_COLUMNS = (
     "time_s",
     *(
@@ -50,142 +41,6 @@ Array = NDArray[np.float64]
 
 # The rim's edges are rounded: its ends are looked for within this from its front, mm.
 RIM_MM = 1.0
-
-
-class RenderingError(DrinksimError):
-    """A recording was asked for that has no script."""
-
-
-@dataclass(frozen=True)
-class RenderedRecording:
-    """What is recorded: length (s), package, and how strongly the file is compressed."""
-
-    name: str
-    duration_s: float
-    neck: str
-    carton: str
-    crf: float = 22.0
-
-
-@dataclass(frozen=True)
-class HeadScript:
-    """How the head moves.
-
-    Parameters
-    ----------
-    pivot_mm
-        Point of the canonical head section about which the head turns.
-    start_deg
-        Rotation of the canonical section (natural head position) in the first frame.
-    steps
-        Movements of the pivot (world axes, mm) and rotations (degrees).
-    slide
-        How the skin over the jaw, which carries the jaw markers, slides along the skull.
-    jaw_opening_deg
-        How far the mouth is open.
-    """
-
-    pivot_mm: tuple[float, float]
-    start_deg: float
-    jaw_opening_deg: float = HeadMeasurements().jaw_opening_deg
-    steps: tuple[PoseStep, ...] = ()
-    slide: tuple[PoseStep, ...] = ()
-
-    def motion(self, time_s: Array) -> RigidMotion:
-        """Return the motion of the canonical section in the world, ear at (0, 0) at first."""
-        x, y = rotated(self.pivot_mm, np.radians(self.start_deg))
-        return PosePath(self.pivot_mm, (x, y), self.start_deg, self.steps).motion(time_s)
-
-
-@dataclass(frozen=True)
-class Script:
-    """Everything a recording is drawn from.
-
-    `package` leads a point of the neck in the canonical head section (natural head position),
-    where it can be compared with lips, teeth and nose.
-    """
-
-    recording: RenderedRecording
-    camera: Camera
-    sensor: Sensor
-    light: Light
-    head: HeadScript
-    package: PosePath
-
-    def face(self) -> HeadSection:
-        """Return the head section that is drawn: the library's, its jaw opened as the script says.
-
-        The same person drinks in all recordings.
-        """
-        return head_section(HeadMeasurements(jaw_opening_deg=self.head.jaw_opening_deg))
-
-    def neck(self) -> NeckSection:
-        """Return the section of the neck that is drawn."""
-        if self.recording.neck not in NECKS:
-            raise RenderingError(
-                f"recording.neck = {self.recording.neck!r}: known necks are {', '.join(NECKS)}"
-            )
-        return neck_section(NECKS[self.recording.neck])
-
-    def sampled_times(self) -> Array:
-        """Return times (s) that sample the motions finely, a little beyond the recording."""
-        samples = round((self.recording.duration_s + 2 * MARGIN_S) * SAMPLES_PER_S)
-        return -MARGIN_S + np.arange(samples + 1) / SAMPLES_PER_S
-
-    def head_motion(self) -> RigidMotion:
-        """Return how the canonical head section moves in the world."""
-        return self.head.motion(self.sampled_times())
-
-    def neck_motion(self) -> RigidMotion:
-        """Return how the neck moves as seen from the canonical head section."""
-        return self.package.motion(self.sampled_times())
-
-    def jaw_motion(self) -> RigidMotion:
-        """Return how the skin over the jaw moves in the world."""
-        slide = PosePath((0.0, 0.0), (0.0, 0.0), 0.0, self.head.slide)
-        return self.head_motion() @ slide.motion(self.sampled_times())
-
-
-def script_of(name: str) -> Script:
-    """Return the script of a recording in the library.
-
-    Raises
-    ------
-    RenderingError
-        If there is none of that name.
-    """
-    file = LIBRARY / name / "recording.toml"
-    if not file.is_file():
-        known = ", ".join(sorted(f.parent.name for f in LIBRARY.glob("*/recording.toml")))
-        raise RenderingError(f"there is no recording {name!r} in the library: known are {known}")
-    return read_script(file)
-
-
-def read_script(file: Path) -> Script:
-    """Read a script from TOML; unknown or missing keys are refused (`SettingError`)."""
-    tables: dict[str, Any] = tomllib.loads(file.read_text(encoding="utf-8"))
-    camera, head, package = (dict(tables[name]) for name in ("camera", "head", "package"))
-    lens = table_from(Lens, camera.pop("lens", {}), where="camera.lens")
-    steps = {
-        where: tuple(table_from(PoseStep, step, where=where) for step in table.pop(key, []))
-        for where, table, key in (
-            ("head.steps", head, "steps"),
-            ("head.slide", head, "slide"),
-            ("package.steps", package, "steps"),
-        )
-    }
-    return Script(
-        table_from(RenderedRecording, tables["recording"], where="recording"),
-        replace(table_from(Camera, camera, where="camera"), lens=lens),
-        table_from(Sensor, tables["sensor"], where="sensor"),
-        table_from(Light, tables.get("light", {}), where="light"),
-        replace(
-            table_from(HeadScript, head, where="head"),
-            steps=steps["head.steps"],
-            slide=steps["head.slide"],
-        ),
-        replace(table_from(PosePath, package, where="package"), steps=steps["package.steps"]),
-    )
 
 
 def scene_of(script: Script) -> Scene:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.text import quoted
 from geometry2d.foundation.toml import parsed_toml, read_toml, shown
 from scenarios.settings.layers import Layer
 from scenarios.settings.names import nearest
@@ -107,9 +108,13 @@ def split_setting(text: str) -> tuple[str, Value]:
     key, equals, value = text.partition("=")
     path = [part.strip() for part in key.split(".")]
     if not equals or not all(path):
-        raise SettingError(f"--set {text!r} is not table.key=value, e.g. contact.friction=0.5")
+        raise SettingError(
+            f"--set {quoted(text)} is not table.key=value, e.g. contact.friction=0.5"
+        )
     if path == [BASE]:
-        raise SettingError(f"--set {text!r}: a base belongs into a file, or is the scenario itself")
+        raise SettingError(
+            f"--set {quoted(text)}: a base belongs into a file, or is the scenario itself"
+        )
     try:
         document = parsed_toml(f"value = {value.strip()}", where=key, error=SettingError)
         return ".".join(path), document["value"]

@@ -18,6 +18,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path, PurePath
 from typing import Any, cast
 
+from geometry2d.foundation.text import short
 from geometry2d.foundation.toml import shown
 from scenarios.settings.legacy import upgraded
 from scenarios.settings.names import nearest_key
@@ -216,7 +217,7 @@ def _flattened(shape: Shape, layer: Layer) -> tuple[dict[str, Value], list[str]]
                     raise SettingError(f"{path} = {shown(value)}: write it as a table, [{path}]")
             else:
                 known = list(shape.keys)
-                raise SettingError(f"unknown key {path}: {nearest_key(path, known)}")
+                raise SettingError(f"unknown key {short(path)}: {nearest_key(path, known)}")
 
     visit("", upgraded(layer.document))
     return values, reset

@@ -13,8 +13,10 @@ from dataclasses import dataclass, is_dataclass, replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.progress import ProgressOption
 from geometry2d.foundation.settings import setting
+from geometry2d.foundation.text import quoted
 from geometry2d.foundation.toml import shown
 from mocap.motion.motion import Motion
 from scenarios.settings.effect import ineffective_keys
@@ -120,7 +122,7 @@ class Scenario:
         check(self)
         if self.recording is None and self.motion is None:
             raise ScenarioError(
-                f"scenario {self.name!r} has neither a [recording] nor a [motion]: "
+                f"scenario {quoted(self.name)} has neither a [recording] nor a [motion]: "
                 'give one, e.g. [motion] file = "motion.csv"'
             )
         automatic = [
@@ -253,7 +255,14 @@ def load_scenario(name_or_file: str | Path, settings: Sequence[str] = ()) -> Sce
         If a setting is unknown, missing, out of range or without effect.
     """
     here = Path.cwd()
-    return scenario_from([*file_layers(str(name_or_file), here), settings_layer(settings, here)])
+    layers = [*file_layers(str(name_or_file), here), settings_layer(settings, here)]
+    try:
+        return scenario_from(layers)
+    except DrinksimError as error:
+        file = next((layer.name for layer in reversed(layers) if layer.name), "")
+        if settings or not file or file in str(error):
+            raise
+        raise type(error)(f"{file}: {error}") from error
 
 
 def scenario_from(layers: Sequence[Layer]) -> Scenario:

@@ -33,6 +33,7 @@ from typing import Any, Literal, TypeVar
 
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.settings import in_unit, range_error
+from geometry2d.foundation.text import short
 from geometry2d.foundation.toml import shown
 from scenarios.settings.names import nearest, nearest_key
 
@@ -115,7 +116,8 @@ class Key:
                 return value
             if typing.get_origin(kind) is tuple and isinstance(value, list | tuple):
                 item = typing.get_args(kind)[0]
-                return tuple(self._of_type(entry, item) for entry in value)
+                if _length(kind) in (None, len(value)):
+                    return tuple(self._of_type(entry, item) for entry in value)
         raise SettingError(f"{self.path} = {shown(value)}: give {self._wanted()}")
 
     @property
@@ -134,7 +136,8 @@ class Key:
             if typing.get_origin(kind) is Literal:
                 wanted += [shown(option) for option in typing.get_args(kind)]
             elif typing.get_origin(kind) is tuple:
-                wanted.append("a list of numbers")
+                count = _length(kind)
+                wanted.append(f"a list of {count} numbers" if count else "a list of numbers")
             elif kind is not type(None):
                 wanted.append(names.get(kind, kind.__name__))
         unit = self.field.metadata.get("unit") or ""
@@ -299,7 +302,7 @@ def _refuse_unknown(
     for name in values:
         if name not in known:
             path = joined(where, name)
-            raise SettingError(f"unknown key {path}: {nearest_key(path, keys)}")
+            raise SettingError(f"unknown key {short(path)}: {nearest_key(path, keys)}")
 
 
 def _values_of(part: SubTable, values: Mapping[str, Value]) -> Mapping[str, Value]:
@@ -346,6 +349,12 @@ def _told(
     value, metadata = made[guilty], keys[guilty].field.metadata
     text = in_unit(value, metadata) if isinstance(value, int | float) else shown(value)
     return f"{where}.{guilty} = {text}: {message}"
+
+
+def _length(kind: Any) -> int | None:
+    """Return how many items a tuple of this type has; None if any number."""
+    items = typing.get_args(kind)
+    return None if items[-1] is Ellipsis else len(items)
 
 
 def _as_float(value: float) -> float:

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from geometry2d.foundation.delimited import safe_cell
+from geometry2d.foundation.text import number
+
 
 @dataclass(frozen=True)
 class StudyResult:
@@ -30,12 +33,22 @@ class StudyResult:
 
 
 def write_table(path: Path, header: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
-    """Write rows of numbers and words as CSV; numbers read back to the same bits."""
+    """Write rows of numbers and words as CSV.
+
+    Numbers read back to the same bits, and no spreadsheet computes a word
+    (:func:`geometry2d.foundation.delimited.safe_cell`).
+    """
+
+    def cell(value: object) -> object:
+        if isinstance(value, str) and number(value) is None:
+            return safe_cell(value)
+        return repr(float(value)) if isinstance(value, float) else value
+
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
         for row in rows:
-            writer.writerow([repr(float(x)) if isinstance(x, float) else x for x in row])
+            writer.writerow([cell(value) for value in row])
 
 
 def write_summary(folder: Path, content: Mapping[str, Any]) -> None:

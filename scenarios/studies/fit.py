@@ -75,6 +75,13 @@ class Parameter:
         return f"{self.layer}.{self.key}"
 
 
+MOST_POINTS = 1000
+"""Points of a target; each is an equilibrium to be solved for."""
+
+LARGEST_KPA, LARGEST_MM = 1e3, 1e3
+"""A suction is at most the air's pressure, and a displacement no longer than a person."""
+
+
 @dataclass(frozen=True)
 class Target:
     """A measured curve: apex displacement (k,), mm, at increasing suctions (k,), kPa."""
@@ -85,8 +92,20 @@ class Target:
     def __post_init__(self) -> None:
         if len(self.suction_kpa) < 2:
             raise CalibrationError("the target has fewer than two points: a curve needs more")
-        if not (np.all(np.isfinite(self.suction_kpa)) and np.all(np.isfinite(self.apex_mm))):
-            raise CalibrationError("the target holds numbers that are not finite: remove them")
+        if len(self.suction_kpa) > MOST_POINTS:
+            raise CalibrationError(
+                f"the target has {len(self.suction_kpa)} points, more than {MOST_POINTS}: thin it"
+            )
+        for name, values, largest in (
+            ("pressure_kpa", self.suction_kpa, LARGEST_KPA),
+            ("apex_mm", self.apex_mm, LARGEST_MM),
+        ):
+            beyond = ~(np.abs(values) <= largest)
+            if beyond.any():
+                worst = float(values[np.argmax(beyond)])
+                raise CalibrationError(
+                    f"the target has {name} = {worst:g}, beyond {largest:g}: check the unit"
+                )
         if self.suction_kpa[0] <= 0:
             raise CalibrationError(
                 f"the target starts at {self.suction_kpa[0]:g} kPa: give positive suctions"
@@ -103,14 +122,23 @@ class Target:
     def read(cls, path: Path) -> Target:
         """Return the curve of a CSV file with columns ``pressure_kpa`` and ``apex_mm``.
 
-        A first row at rest (0, 0) is skipped.
+        A first row at rest (0, 0) is skipped. Cells may be separated as
+        :mod:`geometry2d.foundation.delimited` says.
+
+        Raises
+        ------
+        CalibrationError
+            If the file cannot be read, or its numbers are no such curve.
         """
         names = ("pressure_kpa", "apex_mm")
         table = read_named_table(path, names, what="suction curve", error=CalibrationError)
         values = np.column_stack([table.numbers(name) for name in names])
         if values[0, 0] == 0:
             values = values[1:]
-        return cls(values[:, 0], values[:, 1])
+        try:
+            return cls(values[:, 0], values[:, 1])
+        except CalibrationError as error:
+            raise CalibrationError(f"{path}: {error}") from None
 
 
 def parameters_of(cards: Mapping[str, MaterialCard]) -> tuple[Parameter, ...]:

@@ -10,6 +10,7 @@ import pytest
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.library import (
     configuration,
+    configuration_cards,
     library_materials,
     material_card,
     material_from,
@@ -86,7 +87,7 @@ def test_a_file_is_read(tmp_path: Path) -> None:
             ("D1_per_mpa and poisson", "not both"),
         ),
         ({"law": "neo-hookean", "C10_mpa": 1.0, "poisson": 0.5}, ("poisson", "0.5", "0.49")),
-        ({"law": "neo-hookean", "C10_mpa": "1", "poisson": 0.4}, ("C10_mpa", "'1'", "number")),
+        ({"law": "neo-hookean", "C10_mpa": "1", "poisson": 0.4}, ("C10_mpa", '"1"', "number")),
         ({"law": "neo-hookean", "C10_mpa": -1, "poisson": 0.4}, ("C10_mpa", "-1", "positive")),
         (
             {"law": "ogden", "mu_mpa": [-1.0], "alpha": [2.0], "poisson": 0.4},
@@ -112,6 +113,69 @@ def test_nonsense_is_refused_with_name_value_and_remedy(
         material_from(table, "mine.toml: ")
     for word in ("mine.toml", *words):
         assert word in str(error.value)
+
+
+SOUND = 'law = "neo-hookean"\nC10_mpa = 0.01\npoisson = 0.4\n'
+OGDEN = 'law = "ogden"\npoisson = 0.4\n'
+GOH = (
+    'law = "holzapfel-gasser-ogden"\nC10_mpa = 1\nk1_mpa = 1\nk2 = 1\nkappa = 0.1\npoisson = 0.4\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (SOUND.replace("0.01", "9" * 5000), "a number has too many digits"),
+        (SOUND.replace("0.01", "1e300"), r"C10_mpa = 1e\+300 is neither 0 nor between 1e-09 and"),
+        (SOUND.replace("0.01", "nan"), "C10_mpa = nan is neither"),
+        (SOUND.replace("0.01", "1e-300"), "C10_mpa = 1e-300 is neither"),
+        (SOUND.replace("0.01", "[" * 9000), "nested more than 32 deep"),
+        (SOUND.replace('"neo-hookean"', "[]"), r"law is missing|law = \[\] is unknown"),
+        (SOUND.replace('"neo-hookean"', '{"a" = 1}'), r"law = {a = 1} is unknown"),
+        (SOUND + f"{'k' * 5000} = 1", "k{40}… = 1 is no parameter of neo-hookean"),
+        (SOUND + "source = 3", "source = 3: write a text in quotes"),
+        (SOUND + "range = 3", "range = 3: write range.k2"),
+        (SOUND + "range.C10_mpa = 3", "range.C10_mpa = 3: give lowest, first guess and highest"),
+        (SOUND + "range.C10_mpa = [1, 2]", "give lowest, first guess and highest"),
+        (SOUND + 'range.C10_mpa = [1, 2, "3"]', 'range.C10_mpa = "3" is not a number'),
+        (SOUND + "range.k1 = [1, 2, 3]", r"range.k1 = \[1, 2, 3\]: there is no parameter"),
+        (
+            OGDEN + f"mu_mpa = {[0.1] * 999}\nalpha = {[2.0] * 999}",
+            "mu_mpa has 999 terms: give 1 to",
+        ),
+        (OGDEN + "mu_mpa = []\nalpha = []", "mu_mpa has 0 terms"),
+        (
+            OGDEN + "mu_mpa = [1, 1]\nalpha = [2, 3]\nrange.alpha = [1, 2, 3]",
+            "only a single number",
+        ),
+        (GOH + f"fibres = {[[1, 0, 0]] * 999}", "give one direction .* at most 20"),
+        (GOH + "fibres = [[1, 0]]", r"fibres = \[\[1, 0\]\]: give one direction"),
+        (GOH + "fibres = [[1, 0, true]]", "fibres = true is not a number"),
+        (GOH + "fibres = 3", "fibres = 3: give one direction"),
+        (GOH + "fibres = [[0, 0, 0]]", "has no length"),
+    ],
+)
+def test_hostile_files_are_refused_by_key_and_value(tmp_path: Path, text: str, words: str) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(text)
+    with pytest.raises(MaterialError, match=rf"mine\.toml.*(?:{words})") as caught:
+        material_card(str(file))
+    assert str(caught.value).isprintable() and len(str(caught.value)) < 400
+
+
+def test_a_configuration_is_tables_and_nothing_else(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(f"[dermis]\n{SOUND}[bulk]\n{SOUND}")
+    assert list(configuration_cards(str(file))) == ["dermis", "bulk"]
+    file.write_text(f"{SOUND}")
+    with pytest.raises(MaterialError, match='law = "neo-hookean" belongs to no layer'):
+        configuration_cards(str(file))
+    file.write_text("".join(f"[l{k}]\n{SOUND}" for k in range(99)))
+    with pytest.raises(MaterialError, match=r"mine\.toml: 99 layers"):
+        configuration_cards(str(file))
+    file.write_bytes("# é\n".encode("latin-1"))
+    with pytest.raises(MaterialError, match=r"line 1: byte 0xe9 is not UTF-8.*Latin-1"):
+        configuration_cards(str(file))
 
 
 def test_unknown_names_get_the_nearest_one() -> None:

@@ -25,7 +25,7 @@ from mocap.synthetic.recording_file import write_recording
 from mocap.video.frames import Video
 from scenarios.cli.commands import COMMANDS, main
 from scenarios.cli.parser import drinksim_parser
-from scenarios.recordings.rendering import LIBRARY
+from scenarios.recordings.script import LIBRARY
 from scenarios.results.solution import Solution
 from scenarios.sip import run
 from tests.support.made_up_sip import (

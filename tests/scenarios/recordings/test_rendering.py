@@ -11,20 +11,12 @@ import numpy as np
 import pytest
 import shapely
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidPlacement
 from mocap.synthetic.recording_file import frame_times
 from scenarios.recordings.choreography import minimum_jerk
-from scenarios.recordings.rendering import (
-    LIBRARY,
-    RenderingError,
-    Script,
-    frames_of,
-    main,
-    read_script,
-    redraw,
-    script_of,
-    write_script_output,
-)
+from scenarios.recordings.rendering import frames_of, main, redraw, write_script_output
+from scenarios.recordings.script import LIBRARY, RenderingError, Script, read_script, script_of
 from scenarios.settings.scenario import load_scenario
 from scenarios.settings.tables import SettingError
 from tests.support.marks import slow
@@ -238,6 +230,46 @@ def test_unknown_names_and_keys_are_refused(tmp_path):
     wrong.write_text(text.replace('neck = "A38"', 'neck = "A83"'))
     with pytest.raises(RenderingError, match=r"'A83': known necks are A38"):
         read_script(wrong).neck()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "error", "words"),
+    [
+        ("[light]", "[lihgt]", RenderingError, r"no table \[lihgt\]: did you mean 'light'"),
+        ("[camera.lens]", "[spare]", RenderingError, r"no table \[spare\]"),
+        ("focal_px = [4400.0, 4400.0]", "focal_px = [4400.0]", SettingError, "a list of 2 numbers"),
+        ("focal_px = [4400.0, 4400.0]", "focal_px = [4400.0, nan]", DrinksimError, "focal_px"),
+        (
+            "duration_s = 6.0",
+            "duration_s = 1e9",
+            RenderingError,
+            "at most 600 s and 20000 pictures",
+        ),
+        ("duration_s = 6.0", "duration_s = nan", DrinksimError, "duration_s"),
+        (
+            "fps = 25.0\nexposure_s = 0.006",
+            "fps = 1e6",
+            RenderingError,
+            "at most 600 s and 20000 pictures",
+        ),
+        ("width = 1280", "width = 128000", RenderingError, "at most 8192 px"),
+        ("width = 1280", f"width = {'9' * 5000}", RenderingError, "too many digits"),
+        ("gamma = 2.2", f"gamma = {'[' * 5000}", RenderingError, "nested more than"),
+    ],
+)
+def test_a_hostile_script_is_refused(tmp_path, old, new, error, words):
+    text = (LIBRARY / "A38-F" / "recording.toml").read_text()
+    wrong = tmp_path / "recording.toml"
+    assert old in text
+    wrong.write_text(text.replace(old, new, 1))
+    with pytest.raises(error, match=rf"recording\.toml.*{words}"):
+        read_script(wrong)
+    wrong.write_text("[package]\nsteps = 3\n")
+    with pytest.raises(DrinksimError, match=r"recording\.toml"):
+        read_script(wrong)
+    wrong.write_bytes("# é\n".encode("latin-1"))
+    with pytest.raises(RenderingError, match="line 1: byte 0xe9 is not UTF-8"):
+        read_script(wrong)
 
 
 def test_the_command_says_in_one_line_what_is_wrong(tmp_path, capsys):

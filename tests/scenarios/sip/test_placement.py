@@ -12,7 +12,7 @@ import pytest
 from geometry2d.anatomy.head import head_section
 from geometry2d.rigid import rotated
 from mocap.motion.motion import MarkedBody, Motion
-from scenarios.recordings.rendering import script_of
+from scenarios.recordings.script import script_of
 from scenarios.results.messages import placement_message
 from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import LIBRARY, FirstContact, ScenarioError, load_scenario

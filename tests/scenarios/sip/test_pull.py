@@ -15,7 +15,7 @@ from fem2d.solvers.march import march
 from fem2d.solvers.static import StaticStatus
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion
-from scenarios.recordings.rendering import script_of
+from scenarios.recordings.script import script_of
 from scenarios.settings.scenario import ScenarioError, load_scenario
 from scenarios.sip.lip_model import Lips, Pull
 from scenarios.sip.pull import FoundPull, found_pull

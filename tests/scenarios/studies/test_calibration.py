@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fem2d.materials.library import configuration_cards
 from scenarios.studies.calibration import calibration_study
@@ -126,14 +129,47 @@ def test_intervals_of_a_straight_line_are_the_textbook_ones():
         ([(1.0, 0.1), (1.0, 0.2)], "does not increase"),
         ([(-1.0, 0.1), (1.0, 0.2)], "give positive suctions"),
         ([(1.0, 0.1)], "fewer than two points"),
-        ([(1.0, 0.1), (2.0, float("nan"))], "not a finite number"),
+        ([(1.0, 0.1), (2.0, float("nan"))], r"line 3: apex_mm = 'nan' is not a finite number"),
+        ([(1.0, 0.1), (2.0, 1e6)], r"apex_mm = 1e\+06, beyond 1000: check the unit"),
+        ([(1.0, 0.1), (20_000.0, 1.0)], "pressure_kpa = 20000, beyond 1000"),
+        ([(1e-3 * (k + 1), 1.0) for k in range(2000)], "2000 points, more than 1000"),
     ],
 )
 def test_targets_that_are_no_curve_are_refused(tmp_path: Path, rows, message):
     path = tmp_path / "target.csv"
     write_table(path, ("pressure_kpa", "apex_mm"), rows)
-    with pytest.raises(CalibrationError, match=message):
+    with pytest.raises(CalibrationError, match=rf"target\.csv.*{message}"):
         Target.read(path)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"pressure_kpa,apex_mm\n0,0\n1.5,0.25\n2.5,0.5\n",
+        b"\xef\xbb\xbfpressure_kpa;apex_mm;note\r\n1,5;0,25;a\r\n2,5;0,5;b\r\n;;\r\n",
+        b"sep=\t\napex_mm\tpressure_kpa\n0.25\t1.5\n0.5\t2.5",
+    ],
+)
+def test_a_target_may_come_from_a_spreadsheet(tmp_path: Path, content: bytes):
+    (tmp_path / "target.csv").write_bytes(content)
+    target = Target.read(tmp_path / "target.csv")
+    assert target.suction_kpa.tolist() == [1.5, 2.5] and target.apex_mm.tolist() == [0.25, 0.5]
+
+
+@given(st.lists(st.tuples(st.floats(1e-6, 9.0), st.floats(-900, 900)), min_size=2, max_size=20))
+def test_any_curve_comes_back_from_its_file(steps: list[tuple[float, float]]):
+    suction = np.cumsum([step for step, _ in steps])
+    apex = np.array([value for _, value in steps])
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "target.csv"
+        write_table(file, ("pressure_kpa", "apex_mm"), list(zip(suction, apex, strict=True)))
+        read = Target.read(file)
+    assert np.array_equal(read.suction_kpa, suction) and np.array_equal(read.apex_mm, apex)
+
+
+def test_no_spreadsheet_computes_a_word_of_a_table(tmp_path: Path):
+    write_table(tmp_path / "t.csv", ("layer", "mm"), [("=1+1", -1.5), ("@a", "-2"), ("bulk", 3)])
+    assert (tmp_path / "t.csv").read_text() == "layer,mm\n'=1+1,-1.5\n'@a,-2\nbulk,3\n"
 
 
 def test_a_target_without_its_columns_is_refused(tmp_path: Path):
