@@ -43,9 +43,10 @@ GUARD_BYTES = 4_000_000_000
 """A child may not take more address space than this: the machine is to survive what is found."""
 
 PYTHON_WORDS = re.compile(
-    r"\b(None|True|False|(?<!= )nan|NaN|dtype|ndarray|numpy|Traceback|codec|NoneType|KeyError|"
-    r"IndexError|TypeError|ValueError|OverflowError|RecursionError|UnicodeDecodeError|str|float|"
-    r"int|tuple|list index|datetime|bytes-like)\b|\.partial|' object|0x[0-9a-f]{6}|<class|\w\(\)"
+    r"\b(None|True|False|(?<!= )nan|NaN|dtype|ndarray|numpy|Traceback|codec can't|NoneType|"
+    r"KeyError|IndexError|TypeError|ValueError|OverflowError|RecursionError|UnicodeDecodeError|str|"
+    r"float|int|tuple|list index|datetime|bytes-like)\b|\.partial|' object|0x[0-9a-f]{6}|"
+    r"<class|\w\(\)"
 )
 
 FAULTS = ("error", "died", "slow", "large", "badly worded")

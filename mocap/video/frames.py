@@ -21,6 +21,21 @@ from mocap.video.times import Timing, TimingMonitor
 
 Image: TypeAlias = NDArray[np.uint8]
 
+CONTAINERS = (
+    *("mov", "mp4", "matroska", "webm", "avi", "gif", "mpegts", "mpeg", "mpegvideo", "m4v", "dv"),
+    *("asf", "flv", "ogg", "mxf", "mjpeg", "h264", "hevc", "obu", "ivf", "nut", "vc1", "wtv", "rm"),
+)
+"""Formats of films, by FFmpeg's names; not lists of other files or addresses."""
+
+MOST_PIXELS = 8192 * 4352
+"""Of a picture: 8K, as wide as cinemas have it."""
+
+MOST_FRAMES = 2_000_000
+MOST_PIXELS_PER_BYTE = 20_000
+PIXELS_OF_ANY_FILE = 1e9
+"""A film of a camera has a byte for a thousand pixels or so; what has hardly any was made to fill
+the memory or the day of who opens it. Short clips of flat pictures are let through."""
+
 # A file that holds fewer frames than it announces by more than this share was cut short.
 TRUNCATED_SHARE = 0.1
 
@@ -168,15 +183,23 @@ class Video:
             self._check_complete()
             self._frames_in_file = self.decoded
         if used == 0:
+            asked = [f"--start {start_s:g}"] if start_s is not None else []
+            asked += [f"--end {end_s:g}"] if end_s is not None else []
             raise VideoError(
-                f"{self.path}: no frame lies between --start {start_s} and --end {end_s}; the "
-                f"video runs from {first:.3f} s to {max(self._last_time, first):.3f} s"
+                f"{self.path}: no frame lies within {' and '.join(asked) or 'it'}; the video runs "
+                f"from {first:.3f} s to {max(self._last_time, first):.3f} s"
             )
 
     def _probe(self) -> VideoInfo:
         """Open the file, decode one frame and return the picture format."""
         with self._opened() as container:
             stream = self._picture_stream(container)
+            self._refuse_size(stream.codec_context.width, stream.codec_context.height)
+            if stream.frames > MOST_FRAMES:
+                raise VideoError(
+                    f"{self.path}: announces {stream.frames} frames, more than {MOST_FRAMES}: cut "
+                    "out what is to be used"
+                )
             try:
                 picture = next(container.decode(stream), None)
             except av.error.FFmpegError as error:
@@ -197,6 +220,7 @@ class Video:
                     f"{self.path}: its rotation flag is {turned}°; only multiples of 90° are "
                     "supported: write the file again with an upright picture"
                 )
+            self._refuse_size(picture.width, picture.height)
             width, height = picture.width, picture.height
             aspect = float(stream.sample_aspect_ratio or 1)
             if turned in (90, 270):
@@ -230,10 +254,13 @@ class Video:
         if self.path.stat().st_size == 0:
             raise VideoError(f"{self.path}: is empty (0 bytes); copy it from the camera again")
         try:
-            return av.open(str(self.path))
-        except av.error.FFmpegError as error:
+            # A name such as http:x.mp4 is that of a file, and a file is no list of others.
+            options = {"format_whitelist": ",".join(CONTAINERS), "protocol_whitelist": "file"}
+            return av.open(f"file:{self.path}", options=options)
+        except (av.error.FFmpegError, UnicodeError, ValueError) as error:
+            reason = getattr(error, "strerror", "") or "its name is none"
             raise VideoError(
-                f"{self.path}: is not a video that can be read ({error.strerror}); a file that was "
+                f"{self.path}: is not a video that can be read ({reason}); a file that was "
                 "cut short while copying looks like this: copy it again"
             ) from None
 
@@ -260,7 +287,17 @@ class Video:
                 "example with 'ffmpeg -i IN -c:v libx264 OUT.mp4'"
             )
         stream.thread_type = "AUTO"
+        stream.codec_context.options = {"max_pixels": str(MOST_PIXELS)}
         return stream
+
+    def _refuse_size(self, width: int, height: int) -> None:
+        """Refuse pictures that would fill the memory, before one is decoded."""
+        if width * height > MOST_PIXELS:
+            raise VideoError(
+                f"{self.path}: its pictures are {width} x {height} px, more than "
+                f"{MOST_PIXELS // 10**6} million; make them smaller, for instance with "
+                "'ffmpeg -i IN -vf scale=1920:-2 OUT.mp4'"
+            )
 
     @staticmethod
     def _progressive(stream: Any, container: Any) -> Iterator[Any]:
@@ -287,9 +324,17 @@ class Video:
         """Yield number, presentation time (s) and picture of every frame."""
         with self._opened() as container:
             stream = self._picture_stream(container)
-            index = -1
+            index, decoded = -1, 0
+            most = max(PIXELS_OF_ANY_FILE, MOST_PIXELS_PER_BYTE * self.path.stat().st_size)
             try:
                 for index, picture in enumerate(self._progressive(stream, container)):
+                    self._refuse_other_size(index, picture)
+                    decoded += picture.width * picture.height
+                    if decoded > most:
+                        raise VideoError(
+                            f"{self.path}: unfolds to more than {most:.1e} pixels until frame "
+                            f"{index}, which no film of its size does: write it anew"
+                        )
                     shown = picture.time
                     if shown is None:
                         shown = index / (self.fps or 1.0)
@@ -300,6 +345,17 @@ class Video:
                     f"{self.path}: cannot be decoded after frame {index} ({error.strerror}); use "
                     f"--end {max(self._last_time, 0):.2f} or copy the file again"
                 ) from None
+
+    def _refuse_other_size(self, index: int, picture: Any) -> None:
+        """Refuse a picture of another size than the first one."""
+        size = [self.info.width, self.info.height]
+        if self.info.rotation_deg in (90, 270):
+            size.reverse()
+        if [picture.width, picture.height] != size:
+            raise VideoError(
+                f"{self.path}: frame {index} is {picture.width} x {picture.height} px, the frames "
+                f"before it {size[0]} x {size[1]}: write the video anew in one size, or use --end"
+            )
 
     def _check_complete(self) -> None:
         """Raise VideoError if the file ends well before the number of frames it announces."""
