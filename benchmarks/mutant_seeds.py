@@ -27,6 +27,7 @@ from mocap.formats.c3d import write_c3d
 from mocap.formats.exchange import read_positions
 from mocap.formats.marker_table import MarkerTable
 from mocap.formats.trc import write_trc
+from mocap.motion.motion import MarkedBody, Motion
 from mocap.tracking.marker_file import EXAMPLE, read_markers
 from mocap.tracking.tracks import Tracks
 from mocap.video.frames import Video
@@ -117,6 +118,27 @@ def tracks(folder: Path) -> list[Path]:
         np.where(missing, "lost", "seen").astype("<U9"),
     ).write(folder / "tracks.csv")
     return [folder / "tracks.csv"]
+
+
+def motions(folder: Path) -> list[Path]:
+    time = np.arange(FRAMES) / 25
+    share = time / time[-1]
+    whole = Motion.of(
+        time,
+        np.column_stack([120 - 31 * share**2, -58 + 17 * np.sin(share)]),
+        0.4 * share**2,
+        sigma=np.column_stack([0.05 + 0 * time, 0.07 + 0 * time, 0.002 * share]),
+        head_mm=np.column_stack([2 * share, -3 * share**2]),
+        head_rad=-0.1 * share,
+        head_body=MarkedBody("head", ("ear", "nose"), 0.2143),
+        package_body=MarkedBody("package", ("package_lower", "package_upper"), 2.1957),
+    )
+    whole.write(folder / "motion.csv")
+    rows = [line for line in (folder / "motion.csv").read_text().splitlines() if line[0] != "#"]
+    elsewhere = "\n".join(rows).replace(",", ";").replace(".", ",")
+    axes = "# head_axis_deg = 8.5;;\n# package_axis_deg = 121,5;;\n"
+    sheet = f"\ufeffsep=;\n{axes}{elsewhere}\n"
+    return [folder / "motion.csv", *written(folder, {"spreadsheet.csv": sheet})]
 
 
 def trc(folder: Path) -> list[Path]:
@@ -358,6 +380,7 @@ PARSERS = {
     "scenario": Parser(_scenario, scenarios),
     "markers": Parser(read_markers, markers),
     "tracks": Parser(given_tracks, tracks),
+    "motion": Parser(Motion.read, motions),
     "trc": Parser(read_positions, trc),
     "c3d": Parser(read_positions, c3d),
     "bvh": Parser(read_positions, bvh),
