@@ -12,6 +12,8 @@ sys.path[:0] = [str(HERE.parent), str(HERE / "_extensions")]
 
 BARS = re.compile(r"(?<!`)\|(?!`)(?=(?:[^`]*``[^`]*``)*[^`]*$)")
 """Bars outside of literals."""
+NAMES = re.compile(r"\w+(, \w+)+")
+ALIAS = re.compile(r"TypeAliasForwardRef\('(\w+)'\)")
 
 project = "drinksim"
 author = "The drinksim developers"
@@ -52,10 +54,31 @@ html_math_renderer = "svg"
 def plain_text(
     app: Sphinx, what: str, name: str, thing: object, options: object, lines: list[str]
 ) -> None:
-    """Let bars in a docstring be bars: they say absolute values, not substitutions."""
+    """Let bars be absolute values, not substitutions, and attributes share a description."""
     lines[:] = [BARS.sub(r"\\|", line) for line in lines]
+    if "Attributes" in lines:
+        begin = lines.index("Attributes")
+        lines[begin:] = [
+            line.replace(", ", ",\N{NO-BREAK SPACE}") if NAMES.fullmatch(line) else line
+            for line in lines[begin:]
+        ]
+
+
+def signature(
+    app: Sphinx,
+    what: str,
+    name: str,
+    thing: object,
+    options: object,
+    arguments: str | None,
+    returns: str | None,
+) -> tuple[str | None, str | None]:
+    """Show names of types as they are written in the source."""
+    shown = (text and ALIAS.sub(r"\1", text) for text in (arguments, returns))
+    return next(shown), next(shown)
 
 
 def setup(app: Sphinx) -> None:
     """Read docstrings as plain text first."""
-    app.connect("autodoc-process-docstring", plain_text)
+    app.connect("autodoc-process-docstring", plain_text, priority=400)
+    app.connect("autodoc-process-signature", signature)
