@@ -235,15 +235,7 @@ class Hand:
             return 0.0
         return 0.5 * float(offset @ self.stiffness @ offset)
 
-    def generalised(self, responses: Sequence[RigidContactResponse]) -> Array:
-        """Return the generalised forces (m,), N, with which contacts push the body."""
-        total = np.zeros(len(self.weights))
-        for touch in responses:
-            push = _push(touch, touch.force, touch.placement)
-            total += self._weighted(touch) @ push
-        return total
-
-    def _weighted(self, touch: RigidContactResponse) -> Array:
+    def weights_of(self, touch: RigidContactResponse) -> Array:
         """Return the weights (m, 3) of one contact; zero where it does not count."""
         counts = [not names or touch.contact.name in names for names in self.contacts]
         weighted: Array = self.weights * np.array(counts, float)[:, None]
@@ -299,7 +291,7 @@ class Carried:
             force = touch.force
             if touch.placement != trial.load.placement:
                 force = force + touch.contact.force_of_motion(touch, trial.load.placement)
-            residual -= hand._weighted(touch) @ _push(touch, force, trial.load.placement)
+            residual -= hand.weights_of(touch) @ _push(touch, force, trial.load.placement)
         return residual
 
     def border(self, trial: ModelBalance, *, psd: bool) -> Border:
@@ -309,7 +301,7 @@ class Carried:
         rows = np.zeros((len(self.before), count))
         corner = hand.stiffness + hand.damping / self.duration_s
         for touch in _moving(trial):
-            weights = hand._weighted(touch)
+            weights = hand.weights_of(touch)
             by_motion = touch.contact.force_by_motion(touch, psd=psd)
             by_motion[2] /= TURNING_LENGTH_MM
             by_offset = np.tensordot(hand.directions.T, by_motion, axes=1)
