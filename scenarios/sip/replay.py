@@ -36,7 +36,7 @@ from scenarios.sip.lip_model import Lips
 from scenarios.sip.lip_muscles import about_muscles
 from scenarios.sip.measures import LipMeasures
 from scenarios.sip.placement import Placed, place
-from scenarios.sip.pull import FoundPull, found_pull
+from scenarios.sip.pull import PullResult, find_pull
 from scenarios.sip.recorded_motion import recorded_motion
 from scenarios.sip.tilted_liquid import tilted_liquid
 
@@ -90,7 +90,7 @@ class Prepared:
     start_s: float
     end_s: float
     placed: Placed
-    pull: FoundPull | None
+    pull: PullResult | None
     carried: CarriedNeck
     findings: tuple[Finding, ...]
 
@@ -120,7 +120,7 @@ def prepared(scenario: Scenario, *, progress: Progress = lambda share, what: Non
     refuse_contradictions(found)
     motion = carried_neck.motion
     lips = Lips(scenario, placed.head, scenario.package.section())
-    pull = found_pull(lips, motion, progress=progress)
+    pull = find_pull(lips, motion, progress=progress)
     if pull is not None:
         lips = replace(lips, pull=pull.pull)
     progress(0.0, "meshing the lips")

@@ -64,7 +64,7 @@ class Embedded:
 
 
 @dataclass(frozen=True)
-class Curve:
+class RunCurve:
     """One run in a figure that compares runs: ``values`` (k,) against ``relative_time`` (k,)."""
 
     relative_time: Array
@@ -72,7 +72,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class InstantPicture:
     """One instant: its time, s, the model, and the recording's picture if there is one."""
 
     time_s: float
@@ -85,7 +85,7 @@ def line_style(index: int) -> tuple[str, tuple[float, ...]]:
     return RUN_COLOURS[index % len(RUN_COLOURS)], DASHES[index % len(DASHES)]
 
 
-def curves(runs: Sequence[Curve], *, label: str, shows: str) -> Embedded:
+def curves(runs: Sequence[RunCurve], *, label: str, shows: str) -> Embedded:
     """Return a figure with one curve for each run, against relative time.
 
     Parameters
@@ -149,7 +149,7 @@ def imprint_figure(
     )
 
 
-def snapshots(run_view: RunView, say: Callable[[float, str], None]) -> Iterator[Snapshot]:
+def snapshots(run_view: RunView, say: Callable[[float, str], None]) -> Iterator[InstantPicture]:
     """Yield the telling instants of a run, the model and the recording's picture of each.
 
     ``say`` is told the share that is done and what is being done.
@@ -165,7 +165,7 @@ def snapshots(run_view: RunView, say: Callable[[float, str], None]) -> Iterator[
         canvas.draw()
         drawn = Pillow.fromarray(np.array(canvas.buffer_rgba())[..., :3])
         paletted = drawn.quantize(255, dither=Pillow.Dither.NONE)
-        yield Snapshot(
+        yield InstantPicture(
             float(time),
             Embedded(_saved(paletted, "PNG", optimize=True), "image/png", f"model, {time:.2f} s"),
             None if picture is None else _filmed(run_view, picture, float(time)),

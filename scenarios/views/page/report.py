@@ -30,9 +30,9 @@ from scenarios.results.verdict import FAILURE, PAIN, Threshold, Verdict
 from scenarios.settings.layers import values_by_path
 from scenarios.settings.scenario import Scenario
 from scenarios.views.page.figures import (
-    Curve,
     Embedded,
-    Snapshot,
+    InstantPicture,
+    RunCurve,
     curves,
     gradient,
     imprint_figure,
@@ -533,7 +533,7 @@ def _history(runs: Sequence[Reported], title: str, unit: str, values: Sequence[A
         for run, line in zip(runs, values, strict=True)
     ]
     picture = curves(
-        [Curve(run.relative_time, line) for run, line in zip(runs, values, strict=True)],
+        [RunCurve(run.relative_time, line) for run, line in zip(runs, values, strict=True)],
         label=unit,
         shows=f"{title}, {unit}, against relative time: {'; '.join(peaks)}.",
     )
@@ -584,7 +584,7 @@ def _about_the_pictures(run: Reported) -> Markup:
     return tag("p", f"Above, {kind}; below, {model}")
 
 
-def _instant(number: int, instant: Snapshot) -> Markup:
+def _instant(number: int, instant: InstantPicture) -> Markup:
     pictures = [_image(picture) for picture in (instant.recording, instant.model) if picture]
     what = f" · {instant.recording.shows.split(',')[0]} and model" if instant.recording else ""
     caption = tag("figcaption", tag("strong", str(number)), f" · {instant.time_s:.2f} s{what}")

@@ -18,7 +18,7 @@ from geometry2d.rigid import RigidMotion
 from scenarios.recordings.script import script_of
 from scenarios.settings.scenario import ScenarioError, load_scenario
 from scenarios.sip.lip_model import Lips, Pull
-from scenarios.sip.pull import FoundPull, found_pull
+from scenarios.sip.pull import PullResult, find_pull
 
 pytestmark = pytest.mark.slow
 
@@ -33,8 +33,8 @@ def motion() -> RigidMotion:
 
 
 @cache
-def found() -> FoundPull:
-    result = found_pull(lips(), motion())
+def found() -> PullResult:
+    result = find_pull(lips(), motion())
     assert result is not None
     return result
 
@@ -85,7 +85,7 @@ def test_nothing_smaller_and_no_other_direction_does():
     pull = found().pull
     assert clearance_of(replace(pull, traction_kpa=0.9 * pull.traction_kpa)) < 0.45
     for turn in (-20.0, 20.0):
-        other = found_pull(lips(f"muscle.direction_deg={pull.direction_deg + turn}"), motion())
+        other = find_pull(lips(f"muscle.direction_deg={pull.direction_deg + turn}"), motion())
         assert other is not None
         assert other.pull.traction_kpa > pull.traction_kpa
         assert 0.5 <= other.clearance_mm <= 0.505
@@ -99,22 +99,22 @@ def test_the_undrawn_lip_would_be_in_the_way():
 def test_the_resolution_of_the_replay_changes_nothing():
     direction = f"muscle.direction_deg={found().pull.direction_deg}"
     pulls = [
-        found_pull(lips(direction, resolution=level), motion()) for level in ("coarse", "standard")
+        find_pull(lips(direction, resolution=level), motion()) for level in ("coarse", "standard")
     ]
     assert pulls[0] == pulls[1]
 
 
 def test_a_given_pull_is_kept_and_its_clearance_told():
-    given = found_pull(lips("muscle.traction_kpa=1.0", "muscle.direction_deg=30.0"), motion())
+    given = find_pull(lips("muscle.traction_kpa=1.0", "muscle.direction_deg=30.0"), motion())
     assert given is not None
     assert (given.pull.traction_kpa, given.pull.direction_deg) == (1.0, 30.0)
     assert given.clearance_mm == pytest.approx(clearance_of(given.pull), abs=0.05)
-    assert found_pull(replace(lips(), scenario=load_scenario("A38-F")), motion()) is None
+    assert find_pull(replace(lips(), scenario=load_scenario("A38-F")), motion()) is None
 
 
 def test_a_lip_that_cannot_be_drawn_clear_is_said():
     with pytest.raises(ScenarioError, match=r"no pull on the upper lip up to 6 kPa keeps it 5 mm"):
-        found_pull(lips("muscle.clearance_mm=5", "muscle.direction_deg=-60"), motion())
+        find_pull(lips("muscle.clearance_mm=5", "muscle.direction_deg=-60"), motion())
 
 
 def test_a_lip_that_finds_no_equilibrium_is_not_taken_for_clear(monkeypatch):
@@ -123,4 +123,4 @@ def test_a_lip_that_finds_no_equilibrium_is_not_taken_for_clear(monkeypatch):
 
     monkeypatch.setattr("scenarios.sip.pull.static_path", stuck)
     with pytest.raises(ScenarioError, match="no pull on the upper lip"):
-        found_pull(lips(), motion())
+        find_pull(lips(), motion())

@@ -24,7 +24,7 @@ from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution
 from scenarios.results.verdict import FAILURE, PAIN, Verdict
 from scenarios.views.animation import animate
-from scenarios.views.page.figures import Curve, curves, line_style
+from scenarios.views.page.figures import RunCurve, curves, line_style
 from scenarios.views.page.hypertext import Markup, joined, tag
 from scenarios.views.page.report import write_report
 from scenarios.views.plots import plot_histories
@@ -315,5 +315,5 @@ def test_lines_of_six_runs_differ_in_more_than_colour_where_colours_are_used_up(
 
 
 def test_a_figure_survives_constant_and_single_values() -> None:
-    flat = Curve(np.array([0.0]), np.array([0.0]))
+    flat = RunCurve(np.array([0.0]), np.array([0.0]))
     assert b"<svg" in curves([flat, flat], label="kPa", shows="nothing").data

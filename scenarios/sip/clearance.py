@@ -1,0 +1,90 @@
+"""How near a moving neck comes to points of a lip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry2d.neck import NeckSection
+from geometry2d.outline import Outline
+from geometry2d.rigid import RigidPlacement
+
+Array = NDArray[np.float64]
+
+BORE_RADIUS_MM = 0.1
+"""Radius of the corners of the bore's outline."""
+
+
+@dataclass(frozen=True)
+class MovingNeck:
+    """A neck at several placements.
+
+    Attributes
+    ----------
+    outlines
+        Its walls and the bore between them, in its own frame: a lip that hangs into the opening is
+        not clear of it.
+    placements
+        In the head section.
+    """
+
+    outlines: tuple[Outline, ...]
+    placements: Sequence[RigidPlacement]
+
+    @classmethod
+    def of(cls, neck: NeckSection, placements: Sequence[RigidPlacement]) -> MovingNeck:
+        """Return a neck with its bore."""
+        return cls((neck.upper_wall, neck.lower_wall, _bore(neck)), placements)
+
+    def near(self, points: Array, reach_mm: float) -> NDArray[np.bool_]:
+        """Return at which placements which points (t, p) can be nearer than a distance, mm."""
+        bounds = _distance_from_boxes(self._in_neck_frame(points), self.outlines)
+        near: NDArray[np.bool_] = bounds.min(axis=0) < reach_mm
+        return near
+
+    def only(self, placements: NDArray[np.intp]) -> MovingNeck:
+        """Return the neck at some of its placements."""
+        return replace(self, placements=[self.placements[k] for k in placements])
+
+    def clearance(self, points: Array) -> float:
+        """Return the smallest distance, mm, of points (p, 2) at any placement; inf without any."""
+        if not self.placements or len(points) == 0:
+            return np.inf
+        local = self._in_neck_frame(points)
+        nearest = np.inf
+        bounds = _distance_from_boxes(local, self.outlines)
+        for outline, bound in zip(self.outlines, bounds, strict=True):
+            # The box is a lower bound: points farther from it than the nearest distance so far
+            # cannot be nearer.
+            first = np.unravel_index(np.argmin(bound), bound.shape)
+            nearest = min(nearest, float(outline.project(local[first]).distance[0]))
+            close = bound <= max(nearest, 0.0)
+            nearest = float(np.min(outline.project(local[close]).distance, initial=nearest))
+        return nearest
+
+    def _in_neck_frame(self, points: Array) -> Array:
+        """Return points (p, 2) in the neck's frame at each placement (t, p, 2)."""
+        local = np.array([place.pull_back(points) for place in self.placements])
+        return local.reshape(-1, len(points), 2)
+
+
+def _distance_from_boxes(local: Array, outlines: tuple[Outline, ...]) -> Array:
+    """Return the distance (o, t, p), mm, of points (t, p, 2) from the outlines' boxes, 0 inside."""
+    distances = []
+    for left, bottom, right, top in (outline.box for outline in outlines):
+        beside = np.maximum(np.maximum(left - local[..., 0], local[..., 0] - right), 0.0)
+        above = np.maximum(np.maximum(bottom - local[..., 1], local[..., 1] - top), 0.0)
+        distances.append(np.hypot(beside, above))
+    return np.array(distances)
+
+
+def _bore(neck: NeckSection) -> Outline:
+    """Return the outline of the opening between the walls."""
+    left, low, right, lower_top = neck.lower_wall.box
+    upper_bottom, high = neck.upper_wall.box[1], neck.upper_wall.box[3]
+    bottom, top = 0.5 * (low + lower_top), 0.5 * (upper_bottom + high)
+    corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
+    return Outline.from_corners(corners, BORE_RADIUS_MM)
