@@ -1,4 +1,4 @@
-"""The one place where kernels are handed to the compiler."""
+"""Compilation of kernels."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ Function = TypeVar("Function", bound=Callable[..., object])
 
 
 def compiled(function: Function) -> Function:
-    """Compile a kernel once and keep it on disk; results do not depend on the number of threads.
+    """Return a kernel that is compiled once and cached on disk.
 
-    Division follows numpy (no exception on zero), and no reordering of floating-point operations
-    is allowed, so that the same input gives the same bits. Kernels release the
-    interpreter's lock, so that two of them can run side by side.
+    Division follows numpy: zero raises no exception. Floating-point operations are not reordered:
+    the same input gives the same bits, with any number of threads. Kernels release the
+    interpreter's lock, so that several can run at a time.
     """
     dispatcher: Any = numba.njit(cache=True, fastmath=False, error_model="numpy", nogil=True)(
         function
     )
     if dispatcher is function:  # NUMBA_DISABLE_JIT, for a debugger
         return function
-    # Numba recompiles a kernel when its own file changes, but not when a kernel it calls in
-    # another file does: tie what is on disk to all files with kernels.
+    # Numba recompiles a kernel if its own file changes, but not if a kernel that it calls in
+    # another file does: the cache depends on all files with kernels.
     stored = dispatcher._cache._cache_file
     stored._source_stamp = (stored._source_stamp, _kernel_stamp())
     return cast(Function, dispatcher)
@@ -37,7 +37,7 @@ def compiled(function: Function) -> Function:
 
 @lru_cache(maxsize=1)
 def _kernel_stamp() -> str:
-    """Return a fingerprint of all files that hold kernels."""
+    """Return a hash of all files with kernels."""
     digest = hashlib.sha256()
     root = Path(__file__).parents[1]
     files = [path for package in PACKAGES for path in (root / package).rglob("*.py")]

@@ -1,12 +1,12 @@
-"""Where the liquid in a tilted container stands: the level of its free surface from its volume.
+"""Level of the liquid in a tilted container from its volume.
 
-A container is cut in the plane in which it tilts. Its inside is a row of convex parts, each as deep
-across that plane as gives it its volume: a square carton is as deep as it is wide, a bore with the
-radius ``r`` is ``π r/2`` deep, the shoulder between them the mean of both. The volume below a level
-is then a sum of polygon areas times depths, and the level is where it is the volume of the liquid.
+A container is cut in the plane in which it tilts. Its inside is a row of convex parts. The depth of
+a part across that plane gives it its volume: a square carton is as deep as it is wide, a bore of
+radius ``r`` is ``π r/2`` deep, the shoulder between them has the mean of both. The volume below a
+level is the sum of polygon areas times depths. The level of the liquid is the root of its volume.
 
-The free surface is level: it follows the tilt at once and does not slosh. Walls do not bulge, and
-air comes in as liquid goes out.
+The free surface is horizontal: it follows the tilt at once and does not slosh. Walls do not bulge,
+and air replaces the liquid that flows out.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 class ContainerError(DrinksimError):
-    """A container cannot hold what is asked of it."""
+    """A volume or a direction that does not fit a container."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class ContainerPart:
 
 @dataclass(frozen=True)
 class Container:
-    """The inside of a container, cut in the plane in which it tilts.
+    """Inside of a container, cut in the plane in which it tilts.
 
     Attributes
     ----------
@@ -73,14 +73,14 @@ class Container:
 
     parts: tuple[ContainerPart, ...]
     capacity_mm3: float = field(init=False, compare=False)
-    """What it holds when it is full to the rim, mm³."""
+    """Volume of the container, full to the rim, mm³."""
 
     def __post_init__(self) -> None:
         everywhere = (part.volume_below(math.inf, np.array([0.0, 1.0])) for part in self.parts)
         object.__setattr__(self, "capacity_mm3", sum(everywhere))
 
     def volume_below(self, level_mm: float, up: ArrayLike) -> float:
-        """Return the volume, mm³, of its points ``x`` with ``up·x`` below a level, mm."""
+        """Return the volume, mm³, of the points ``x`` with ``up·x`` below a level, mm."""
         upwards = _unit(up)
         return sum(part.volume_below(level_mm, upwards) for part in self.parts)
 
@@ -90,14 +90,14 @@ class Container:
         Parameters
         ----------
         volume_mm3
-            Of the liquid, mm³.
+            Volume of the liquid, mm³.
         up
             (2,) upward direction in the frame of the container.
 
         Raises
         ------
         ContainerError
-            If there is less than nothing, or more than the container holds.
+            If the volume is negative, or larger than the container's.
         """
         if not 0 <= volume_mm3 <= self.capacity_mm3:
             raise ContainerError(
@@ -119,9 +119,10 @@ class Container:
 
 
 def carton(m: NeckMeasurements) -> Container:
-    """Return the inside of the package that the measurements describe, in the neck frame, mm.
+    """Return the inside of a package in the neck frame, mm.
 
-    From the rim along x: the bore, the shoulder, the carton, which is as deep as it is wide.
+    Its parts from the rim along x are the bore, the shoulder and the carton, which is as deep as it
+    is wide.
     """
     axis, bore = 0.5 * m.mark_distance_mm, 0.5 * m.root_diameter_mm - m.wall_thickness_mm
     half = 0.5 * m.package_width_mm

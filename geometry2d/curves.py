@@ -1,8 +1,8 @@
 """Smooth open curves through landmarks, as dense polylines (n, 2) in mm.
 
-A face is described by a few landmarks and the direction in which the profile passes them. Between
-two landmarks runs the cubic that would be a circular arc if the two directions allowed one; a
-narrow Gaussian average along the arc length then removes the jumps of curvature at the landmarks.
+A few landmarks and the direction of the profile at each describe a face. Two landmarks are joined
+by a cubic, which is close to a circular arc if the two directions allow one. A narrow Gaussian
+average along the arc length then removes the jumps of curvature at the landmarks.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 class CurveError(DrinksimError):
-    """The curve asked for does not exist."""
+    """Landmarks or points that form no curve."""
 
 
 def arc_lengths(points: ArrayLike) -> Array:
@@ -71,14 +71,14 @@ def through_landmarks(
     Raises
     ------
     CurveError
-        If two successive landmarks coincide, or the curve would have to turn back on itself.
+        If two successive landmarks coincide, or the curve would turn back on itself.
     """
     point = np.asarray(landmarks, float)
     heading = np.deg2rad(np.asarray(headings_deg, float))
     if point.ndim != 2 or heading.shape != (len(point),) or len(point) < 2:
         raise CurveError(
-            f"landmarks {point.shape} and headings {heading.shape} do not belong together: "
-            "give (n, 2) and (n,) with n ≥ 2"
+            f"shapes of landmarks {point.shape} and headings {heading.shape} differ: give (n, 2) "
+            "and (n,) with n ≥ 2"
         )
     chord = np.diff(point, axis=0)
     length = np.hypot(chord[:, 0], chord[:, 1])
@@ -95,7 +95,7 @@ def through_landmarks(
             f"between landmarks {point[at].tolist()} and {point[at + 1].tolist()} the curve would "
             "turn back on itself: move one of them or its heading"
         )
-    # A tangent of this length makes the cubic follow the circle through both ends.
+    # With tangents of this length the cubic follows the circle through both ends.
     tangent = np.column_stack([np.cos(heading), np.sin(heading)])
     first = tangent[:-1] * (length / np.cos(0.5 * leaving) ** 2)[:, None]
     last = tangent[1:] * (length / np.cos(0.5 * arriving) ** 2)[:, None]
@@ -112,7 +112,7 @@ def through_landmarks(
 
 
 def resampled(points: ArrayLike, spacing_mm: float) -> Array:
-    """Return the polyline with points equally spaced, ``spacing_mm`` apart or a little less."""
+    """Return the polyline with equally spaced points, at most ``spacing_mm`` apart."""
     length = float(arc_lengths(points)[-1])
     count = max(2, int(np.ceil(length / spacing_mm)) + 1)
     return at_arc_lengths(points, np.linspace(0.0, length, count))
@@ -132,9 +132,9 @@ def heading_deg(points: ArrayLike) -> float:
 
 
 def smoothed(points: ArrayLike, width_mm: float) -> Array:
-    """Return an equally spaced polyline averaged along its length with a Gaussian, ends kept.
+    """Return an equally spaced polyline smoothed along its length by a Gaussian; its ends stay.
 
-    Where the radius of curvature is ``r`` the curve moves inwards by about ``width_mm² / 2r``.
+    A curve of radius ``r`` moves inwards by about ``width_mm² / 2r``.
     """
     p = np.asarray(points, float)
     spacing = float(arc_lengths(p)[-1]) / (len(p) - 1)
@@ -147,14 +147,14 @@ def smoothed(points: ArrayLike, width_mm: float) -> Array:
 
 
 def graded(points: ArrayLike, size: Callable[[Array], Array]) -> Array:
-    """Return points (m, 2) along a polyline, ends kept, spaced as the size field asks.
+    """Return points (m, 2) along a polyline with the spacing of a size field; its ends stay.
 
     Parameters
     ----------
     points
-        (n, 2) polyline, dense compared with the sizes asked for.
+        (n, 2) polyline, mm, dense compared with the spacing.
     size
-        Takes points (k, 2), gives the wished spacing (k,) there, mm.
+        Maps points (k, 2), mm, to the spacing (k,) there, mm.
     """
     length = float(arc_lengths(points)[-1])
     fine = np.linspace(0.0, length, max(64, int(np.ceil(length / 0.05))))

@@ -1,8 +1,8 @@
 """Package necks from named measurements: two walls of a threaded tube, cut through its axis.
 
 Neck frame: origin at the lower mark on the visible side of the neck, x along the neck's axis into
-the package, y across it, so that at angle 0 the opening faces −x, towards the mouth of a person
-who faces +x, and the lower wall has the lower y. All lengths in mm.
+the package, y across it. At angle 0 the opening faces −x, towards the mouth of a person who faces
++x, and the lower wall has the lower y. All lengths in mm.
 """
 
 from __future__ import annotations
@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
-from geometry2d.foundation.settings import check_ranges, setting
+from geometry2d.foundation.settings import check_ranges, measured, setting
 from geometry2d.outline import Outline, OutlineError
 
 Array = NDArray[np.float64]
@@ -26,14 +27,10 @@ ESTIMATE = "estimate; the real neck's drawing is not public"
 
 
 class NeckError(DrinksimError):
-    """The measurements do not describe a neck."""
+    """Measurements that describe no neck."""
 
 
-def _measured(default: float, unit: str, source: str, description: str) -> float:
-    value: float = setting(
-        default=default, unit=unit, source=source, description=description, above=0.0
-    )
-    return value
+_measured = partial(measured, above=0.0)
 
 
 @dataclass(frozen=True)
@@ -74,7 +71,7 @@ class NeckMeasurements:
         if self.thread_diameter_mm <= self.root_diameter_mm:
             raise NeckError(
                 f"thread_diameter_mm is {self.thread_diameter_mm}, not more than "
-                f"root_diameter_mm {self.root_diameter_mm}: the thread stands out from the root"
+                f"root_diameter_mm {self.root_diameter_mm}: the thread is higher than its root"
             )
         if 2 * self.rim_radius_mm >= self.wall_thickness_mm:
             raise NeckError(
@@ -111,7 +108,7 @@ class NeckMeasurements:
 
     @property
     def carton_from_mm(self) -> float:
-        """Where the shoulder of the carton begins, along the axis from the marks, mm."""
+        """Distance of the carton's shoulder from the marks along the axis, mm."""
         return self.mark_behind_thread_mm + 2.0
 
     @property
@@ -142,8 +139,8 @@ DC_NECK = NeckMeasurements(
 """The 26 mm neck, with a single turn (fewer threads than the A38)."""
 
 RIM_DEPTH_MM = 0.9
-"""Depth behind the rim at which the outside of a wall is measured: behind the rounding of a rim and
-before the first thread."""
+"""Depth behind the rim at which the outside of a wall is measured, mm: behind the rim's rounding
+and before the first thread."""
 
 RIM_SPACING_MM = 0.02
 
@@ -161,7 +158,7 @@ class NeckSection:
         The two walls as closed outlines.
     upper_stretches, lower_stretches
         Arc-length intervals (from, to), mm, of the outline by name: "rim", "land", "crest_1",
-        "root_1", ..., "plain". What is left over is the bore and the closed end.
+        "root_1", ..., "plain". The rest is the bore and the closed end.
     upper_mark, lower_mark
         (2,) marks on the visible side; the lower one is the origin.
     silhouette
@@ -177,9 +174,10 @@ class NeckSection:
     silhouette: Array
 
     def rim_edge(self, wall: str) -> Array:
-        """Return the outer edge (2,) of a wall's rim as if it were not rounded, mm.
+        """Return the outer edge (2,), mm, of a wall's rim without its rounding.
 
-        Where the plane of the rim meets the outside of the wall, measured `RIM_DEPTH_MM` behind it.
+        There the plane of the rim meets the outside of the wall, as measured `RIM_DEPTH_MM` behind
+        it.
 
         Parameters
         ----------
@@ -216,14 +214,14 @@ def neck_section(measurements: NeckMeasurements | None = None) -> NeckSection:
 
 
 def _crest_depths(m: NeckMeasurements, *, upper: bool) -> Array:
-    """Depth of each crest's middle below the rim: half a turn brings the thread half a pitch on."""
+    """Return the depth of each crest's middle below the rim, mm; half a turn adds half a pitch."""
     first = m.land_mm + 0.5 * m.thread_base_mm
     depths: Array = first + m.pitch_mm * (np.arange(float(m.crests)) + (0.0 if upper else 0.5))
     return depths
 
 
 def _placed(m: NeckMeasurements, depth_radius: Array, *, upper: bool) -> Array:
-    """Points (n, 2) given by depth below the rim and radius, in the neck frame."""
+    """Return points (n, 2) of the neck frame from depths below the rim and radii (n, 2), mm."""
     side = 1.0 if upper else -1.0
     axis = 0.5 * m.mark_distance_mm
     return np.column_stack([depth_radius[:, 0] - m.mark_depth_mm, axis + side * depth_radius[:, 1]])
@@ -272,7 +270,7 @@ def _wall(m: NeckMeasurements, *, upper: bool) -> tuple[Outline, dict[str, tuple
 
 
 def _silhouette(m: NeckMeasurements, upper_wall: Outline, lower_wall: Outline) -> Array:
-    """Outside of the neck from both walls, then shoulder and carton, counter-clockwise."""
+    """Return the outside of the walls with shoulder and carton, counter-clockwise (n, 2), mm."""
     reach = m.carton_from_mm
     axis = 0.5 * m.mark_distance_mm
     upper, lower = (wall.sampled(0.25) for wall in (upper_wall, lower_wall))
@@ -297,11 +295,11 @@ def with_carton(
     Parameters
     ----------
     m
-        Width, height and shoulder of the carton are taken from them.
+        The measurements, for width, height and shoulder of the carton.
     lower_side, upper_side
-        (k, 2) outside of the neck, from the rim to the carton below, and back above.
+        (k, 2) outside of the neck, mm: from the rim to the carton below, and back above.
     reach_mm, axis_mm
-        Where the shoulder starts along x, and the height of the axis.
+        Start of the shoulder along x and height of the axis, mm.
     """
     half = 0.5 * m.package_width_mm
     end = reach_mm + m.package_height_mm

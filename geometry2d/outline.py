@@ -1,12 +1,11 @@
 """Closed curves of straight lines and circular arcs, with exact signed distance.
 
-An outline is the boundary of a solid: it runs counter-clockwise, so the solid lies on its left and
-the outward normal points to the right of the direction of travel. The signed distance is negative
-inside. With ``d`` the distance and ``n = ∇d`` the normal, the second derivative of the distance is
-``∇∇d = h t tᵀ``, where ``t`` is the tangent and ``h`` the curvature of the level set through the
-point: ``1/|x − c|`` beside a convex arc of centre ``c``, ``−1/|x − c|`` beside a concave one, 0
-beside a line and ``1/d`` beside a corner. Contact needs just these three numbers, and a contact
-with an arc is then a contact with the arc, not with facets.
+An outline is the boundary of a solid. It runs counter-clockwise: the solid is on its left, and the
+outward normal points to the right of the direction of travel. The signed distance ``d`` is negative
+inside. Its gradient is the normal ``n``. Its second derivative is ``∇∇d = h t tᵀ``, where ``t`` is
+the tangent and ``h`` the curvature of the level set through the point: ``1/|x − c|`` beside a
+convex arc of centre ``c``, ``−1/|x − c|`` beside a concave one, 0 beside a line and ``1/d`` beside
+a corner. Contact needs these three quantities. An arc is exact, without facets.
 """
 
 from __future__ import annotations
@@ -25,15 +24,15 @@ from geometry2d.rigid import rotated
 Array = NDArray[np.float64]
 
 SMOOTH_TURN_RAD = 1e-7
-"""Two pieces that meet at a smaller angle than this form a smooth joint, not a corner."""
+"""A joint of two pieces at a smaller angle than this is smooth, not a corner."""
 
 
 class OutlineError(DrinksimError):
-    """The curve asked for is not the boundary of a solid."""
+    """A curve that is not the boundary of a solid."""
 
 
 class Projection(NamedTuple):
-    """Where points stand relative to an outline.
+    """Signed distance of points from an outline, with its derivatives.
 
     Attributes
     ----------
@@ -76,15 +75,15 @@ class Outline:
     curvature: Array
     centre: Array = field(init=False, repr=False, compare=False)
     breaks: Array = field(init=False, repr=False, compare=False)
-    """(n + 1,) arc length at which each piece starts, and the whole length, mm."""
+    """(n + 1,) arc length at the start of each piece, and the total length, mm."""
 
     def __post_init__(self) -> None:
         start = np.ascontiguousarray(self.start, float)
         curvature = np.ascontiguousarray(self.curvature, float)
         if start.ndim != 2 or start.shape[1] != 2 or curvature.shape != (len(start),):
             raise OutlineError(
-                f"start points {start.shape} and curvatures {curvature.shape} do not belong "
-                "together: give (n, 2) and (n,)"
+                f"shapes of start points {start.shape} and curvatures {curvature.shape} differ: "
+                "give (n, 2) and (n,)"
             )
         if len(start) < 2 or not (np.isfinite(start).all() and np.isfinite(curvature).all()):
             raise OutlineError("an outline needs at least two pieces, all of them finite")
@@ -127,7 +126,7 @@ class Outline:
         Raises
         ------
         OutlineError
-            If two neighbouring roundings need more room than the side between them has.
+            If two neighbouring roundings are longer than the side between them.
         """
         corner = np.asarray(corners, float)
         radius = np.broadcast_to(np.asarray(radii, float), (len(corner),))
@@ -174,7 +173,7 @@ class Outline:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """Left, lower, right and upper bound of the outline, mm; not always the tightest ones."""
+        """Left, lower, right and upper bound of the outline, mm; they may not be tight."""
         chord = np.roll(self.start, -1, axis=0) - self.start
         bulge = np.where(self.curvature != 0, 0.5 * np.hypot(chord[:, 0], chord[:, 1]), 0.0)
         middle = self.start + 0.5 * chord
@@ -184,7 +183,7 @@ class Outline:
 
     @property
     def length(self) -> float:
-        """Whole arc length, mm."""
+        """Total arc length, mm."""
         return float(self.breaks[-1])
 
     @property
@@ -199,14 +198,14 @@ class Outline:
 
     @property
     def smallest_radius(self) -> float:
-        """Smallest radius of any arc, mm; 0 if there is a sharp corner, inf if nothing bends."""
+        """Smallest radius of an arc, mm; 0 if there is a sharp corner, inf if there is no arc."""
         if np.any(np.abs(self._corner_turns()) > SMOOTH_TURN_RAD):
             return 0.0
         largest = float(np.max(np.abs(self.curvature)))
         return np.inf if largest == 0 else 1.0 / largest
 
     def moved(self, angle_rad: float, shift_mm: ArrayLike) -> Outline:
-        """Return the outline turned about the origin by ``angle_rad``, then shifted (2,), mm."""
+        """Return the outline rotated about the origin by ``angle_rad``, then shifted (2,), mm."""
         return Outline(rotated(self.start, angle_rad) + np.asarray(shift_mm, float), self.curvature)
 
     def point_at(self, arc_length: ArrayLike) -> tuple[Array, Array]:
@@ -216,7 +215,7 @@ class Outline:
         return self._points_on(piece, s - self.breaks[piece])
 
     def sampled(self, spacing_mm: float) -> Array:
-        """Return points (m, 2) along the outline, all joints among them, ``spacing_mm`` apart."""
+        """Return points (m, 2) along the outline, at most ``spacing_mm`` apart, with all joints."""
         points: list[Array] = []
         for piece, length in enumerate(np.diff(self.breaks)):
             count = max(1, int(np.ceil(length / spacing_mm)))
@@ -225,7 +224,7 @@ class Outline:
         return np.concatenate(points)
 
     def project(self, points: ArrayLike) -> Projection:
-        """Return where points (m, 2) stand relative to the outline."""
+        """Return the projection of points (m, 2), mm, on the outline."""
         p = np.ascontiguousarray(np.atleast_2d(np.asarray(points, float)))
         return Projection(*project_points(p, self.start, self.curvature, self.centre, self.breaks))
 
@@ -251,7 +250,7 @@ class Outline:
         return point, np.column_stack([np.sin(angle), -np.cos(angle)])
 
     def _corner_turns(self) -> Array:
-        """(n,) angle by which the direction jumps where each piece starts, rad."""
+        """Return the jump of direction (n,), rad, at the start of each piece."""
         chord = np.roll(self.start, -1, axis=0) - self.start
         chord_angle = np.arctan2(chord[:, 1], chord[:, 0])
         half_turn = 0.5 * self.curvature * np.diff(self.breaks)
@@ -273,7 +272,7 @@ class Outline:
 def project_points(
     points: Array, start: Array, curvature: Array, centre: Array, breaks: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """Project many points on the pieces of one outline; the arrays are those of `Outline`."""
+    """Project points (m, 2) on the pieces of an outline; the arrays are those of `Outline`."""
     m = points.shape[0]
     distance = np.empty(m)
     normal = np.empty((m, 2))
@@ -325,7 +324,7 @@ def project_point(
                             d, side * rx / r, side * ry / r, side / r,
                             breaks[k] + swept / abs(kappa),
                         )  # fmt: skip
-        # The joint itself: only a true corner is ever strictly nearer than both its pieces.
+        # The joint: only a corner is strictly nearer than both its pieces.
         dx, dy = x - ax, y - ay
         d = np.hypot(dx, dy)
         if d < nearest * (1 - 1e-9):

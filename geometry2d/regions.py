@@ -1,8 +1,8 @@
-"""Regions of a section bounded by named curves that neighbouring regions share.
+"""Regions of a section, bounded by named curves that neighbouring regions share.
 
-A section is a plane cut through soft tissue. Its curves are open polylines whose ends meet
-exactly; each region is a closed loop of curves, each boundary name stands for one or more curves.
-Because two regions name the same curve as their interface, their meshes match by construction.
+A section is a plane cut through soft tissue. Its curves are open polylines with common end points.
+A region is a closed loop of curves; a boundary name stands for one or more curves. The meshes of
+two regions match, because both contain the curve of their interface.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from geometry2d.foundation.errors import DrinksimError
 Array = NDArray[np.float64]
 
 Loop = tuple[tuple[str, bool], ...]
-"""Curve names in order, each with whether it is travelled forwards."""
+"""Curve names in order, each with its direction: True for forwards."""
 
 
 class RegionError(DrinksimError):
-    """The curves given do not bound the regions asked for."""
+    """Curves that do not bound the regions of a section."""
 
 
 @dataclass(frozen=True)
@@ -33,17 +33,17 @@ class Section:
     Parameters
     ----------
     name
-        Prefix of everything the section names in a mesh, such as "upper".
+        Prefix of the section's names in a mesh, such as "upper".
     curves
         Open polylines (n, 2), mm, by name.
     loops
         For each region its closed, counter-clockwise loop of curves.
     boundary_curves
-        For each boundary name the curves that make it up.
+        Curves of each boundary name.
     focus
-        (m, 2) points, mm, around which a mesh should be finest; may be empty.
+        (m, 2) points, mm, around which a mesh is finest; may be empty.
     layer_curves
-        Curves along which a mesh should resolve a thin layer even far from the focus.
+        Curves along which a mesh resolves a thin layer, also far from the focus.
 
     Raises
     ------
@@ -66,13 +66,13 @@ class Section:
                 if gap > 0:
                     raise RegionError(
                         f"{self.name}: curve {curve!r} of region {region!r} starts {gap:.3g} mm "
-                        "from where the curve before it ends: let them share the point"
+                        "from the end of the previous curve: let them share the point"
                     )
             polygon = shapely.Polygon(self.regions[region])
             if not polygon.is_valid:
                 raise RegionError(
                     f"{self.name}: the boundary of region {region!r} crosses itself "
-                    f"({shapely.is_valid_reason(polygon)}): change what is measured or drawn there"
+                    f"({shapely.is_valid_reason(polygon)}): change the measurement or drawing there"
                 )
             if not polygon.exterior.is_ccw:
                 raise RegionError(
@@ -81,7 +81,7 @@ class Section:
 
     @property
     def regions(self) -> dict[str, Array]:
-        """Polygon (n, 2) of each region, counter-clockwise, not repeating its first point."""
+        """Polygon (n, 2), mm, of each region, counter-clockwise, without repeated first point."""
         return {
             region: np.concatenate([self._oriented(c, forwards)[:-1] for c, forwards in loop])
             for region, loop in self.loops.items()
@@ -89,7 +89,7 @@ class Section:
 
     @property
     def boundaries(self) -> dict[str, list[Array]]:
-        """Polylines that make up each named boundary."""
+        """Polylines of each named boundary."""
         return {
             name: [self.curves[c] for c in curves] for name, curves in self.boundary_curves.items()
         }

@@ -1,8 +1,7 @@
 """Rigid motions of the plane: an angle and a shift against time.
 
-A motion maps a point ``X`` of the body, given where it was when the body had angle zero and
-shift zero, to ``x(t) = R(angle(t)) X + shift(t)``. Angles are in rad, counter-clockwise positive;
-lengths in mm; time in s.
+A motion maps a point ``X`` of the body frame to ``x(t) = R(angle(t)) X + shift(t)``. Angles are in
+rad, counter-clockwise positive; lengths in mm; times in s.
 """
 
 from __future__ import annotations
@@ -19,11 +18,11 @@ Array = NDArray[np.float64]
 
 
 class RigidMotionError(DrinksimError):
-    """A rigid motion was asked for that does not exist."""
+    """Arrays that form no rigid motion."""
 
 
 def rotation_matrix(angle_rad: float) -> Array:
-    """Matrix (2, 2) that turns a column vector counter-clockwise by ``angle_rad``.
+    """Return the matrix (2, 2) that rotates a column vector counter-clockwise by ``angle_rad``.
 
     >>> rotation_matrix(np.pi / 2).round(12).tolist()
     [[0.0, -1.0], [1.0, 0.0]]
@@ -33,7 +32,7 @@ def rotation_matrix(angle_rad: float) -> Array:
 
 
 def rotated(points: ArrayLike, angle_rad: ArrayLike) -> Array:
-    """Return ``points`` (..., 2) turned about the origin, one angle (rad) for all or one each."""
+    """Return ``points`` (..., 2) rotated about the origin by one angle, rad, or by one each."""
     p = np.asarray(points, float)
     angle = np.asarray(angle_rad, float)
     c, s = np.cos(angle), np.sin(angle)
@@ -42,23 +41,23 @@ def rotated(points: ArrayLike, angle_rad: ArrayLike) -> Array:
 
 @dataclass(frozen=True)
 class RigidPlacement:
-    """Where a rigid body is at one instant: ``x = R(angle_rad) X + shift_mm``."""
+    """Placement of a rigid body at one instant: ``x = R(angle_rad) X + shift_mm``."""
 
     angle_rad: float
     shift_mm: tuple[float, float]
 
     def apply(self, points: ArrayLike) -> Array:
-        """Return body points (..., 2) in mm where this placement puts them."""
+        """Return the positions of body points (..., 2), mm."""
         placed: Array = rotated(points, self.angle_rad) + np.asarray(self.shift_mm)
         return placed
 
     def pull_back(self, points: ArrayLike) -> Array:
-        """Return the body points that this placement puts at ``points`` (..., 2)."""
+        """Return the body points whose positions are ``points`` (..., 2), mm."""
         return rotated(np.asarray(points, float) - np.asarray(self.shift_mm), -self.angle_rad)
 
 
 UNMOVED = RigidPlacement(0.0, (0.0, 0.0))
-"""Where a body is that stands still in the frame in which it is described."""
+"""Placement of a body at rest in its own frame."""
 
 
 @dataclass(frozen=True)
@@ -85,11 +84,13 @@ class RigidMotion:
         shift = np.atleast_2d(np.asarray(self.shift_mm, float))
         if time.ndim != 1 or angle.shape != time.shape or shift.shape != (*time.shape, 2):
             raise RigidMotionError(
-                f"time {time.shape}, angle {angle.shape} and shift {shift.shape} do not belong "
-                "together: give n times, n angles and (n, 2) shifts"
+                f"shapes of time {time.shape}, angle {angle.shape} and shift {shift.shape} differ: "
+                "give n times, n angles and (n, 2) shifts"
             )
         if not (np.isfinite(time).all() and np.isfinite(angle).all() and np.isfinite(shift).all()):
-            raise RigidMotionError("the motion holds a number that is not finite: fill gaps first")
+            raise RigidMotionError(
+                "the motion holds a number that is not finite: interpolate dropouts first"
+            )
         if np.any(np.diff(time) <= 0):
             at = int(np.argmax(np.diff(time) <= 0))
             raise RigidMotionError(
@@ -109,12 +110,12 @@ class RigidMotion:
         position_mm: ArrayLike,
         reference_mm: ArrayLike,
     ) -> RigidMotion:
-        """Return the motion that carries body point ``reference_mm`` (2,) along a path (n, 2)."""
+        """Return the motion with the positions (n, 2), mm, of body point ``reference_mm`` (2,)."""
         shift = np.asarray(position_mm, float) - rotated(reference_mm, angle_rad)
         return cls(np.asarray(time_s, float), np.asarray(angle_rad, float), shift)
 
     def at(self, time_s: float) -> RigidPlacement:
-        """Return the placement at one time; before the first and after the last sample it rests."""
+        """Return the placement at a time, s; outside the samples that of the nearest one."""
         t = float(np.clip(time_s, self.time_s[0], self.time_s[-1]))
         if self.time_s.size == 1:
             row = np.concatenate([self.angle_rad, self.shift_mm[0]])
@@ -137,11 +138,11 @@ class RigidMotion:
         return rotated(p[None], self.angle_rad[:, None]) + self.shift_mm[:, None]
 
     def inverse(self) -> RigidMotion:
-        """Return the motion that undoes this one, sample by sample."""
+        """Return the inverse motion, sample by sample."""
         return RigidMotion(self.time_s, -self.angle_rad, rotated(-self.shift_mm, -self.angle_rad))
 
     def __matmul__(self, other: RigidMotion) -> RigidMotion:
-        """Return ``self`` after ``other``: both must have the same times."""
+        """Return the composition ``self`` after ``other``; both have the same times."""
         if not np.array_equal(self.time_s, other.time_s):
             raise RigidMotionError(
                 f"motions with different times ({self.time_s.size} and {other.time_s.size} "
@@ -154,7 +155,7 @@ class RigidMotion:
         )
 
     def seen_from(self, other: RigidMotion) -> RigidMotion:
-        """Return this motion as an observer fixed to the body that moves with ``other`` sees it."""
+        """Return this motion relative to the body that moves with ``other``."""
         return other.inverse() @ self
 
     def _spline(self) -> CubicSpline:

@@ -1,21 +1,19 @@
-"""Named soft-tissue measurements of a head and the landmarks they put on a closed face.
+"""Named soft-tissue measurements of a head and the landmarks of a closed face.
 
 Cephalometry measures a face relative to subnasale, where nose and lip meet: projections are
-horizontal distances from the true vertical through it, heights vertical ones. The defaults describe
-one adult man throughout, because the recorded person of the study was a man. All lengths in mm.
+horizontal distances from the true vertical through subnasale, heights are vertical distances. All
+defaults describe an adult man: the recorded person of the thesis is a man. All lengths in mm.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
-from geometry2d.foundation.settings import check_ranges, setting
-from geometry2d.rigid import rotated
+from geometry2d.foundation.settings import check_ranges, measured
 
 Array = NDArray[np.float64]
 
@@ -23,60 +21,39 @@ ARNETT = "Arnett et al. 1999, men; not checked against the printed table"
 CELEBI = "Celebi 2013, men"
 ESTIMATE = "estimate for an adult man"
 
-CROWN_BULGE_MM = 0.4
-"""How far the front face of a crown bulges ahead of the line from its edge to the gum."""
-INSIDE_RISE_MM = 4.5
-INSIDE_LEAN_MM = 0.7
-"""How far above (below) its thickest height a lip leaves the teeth, and how far it leans out."""
-NASION_DEPTH_MM = 3.0
-"""How far the root of the nose lies behind the glabella."""
-
 
 class HeadError(DrinksimError):
-    """The measurements do not describe a head."""
-
-
-def _measured(
-    default: float | None,
-    unit: str,
-    source: str,
-    description: str,
-    spread: float | None = None,
-    **bounds: float,
-) -> Any:
-    return setting(
-        default=default, unit=unit, source=source, description=description, spread=spread, **bounds
-    )
+    """Measurements that describe no head."""
 
 
 @dataclass(frozen=True)
 class HeadMeasurements:
-    """Named measurements of a head; the metadata of every field give unit, source and meaning.
+    """Named measurements of a head; the metadata of each field are unit, source and meaning.
 
-    Where the source has a standard deviation, the metadata hold it as ``spread``.
+    If the source states a standard deviation, the metadata hold it as ``spread``.
     """
 
     # Where the face hangs on the jaw's hinge.
-    hinge_forward_mm: float = _measured(
+    hinge_forward_mm: float = measured(
         11.5, "mm", "10-13 mm, general anatomy", "hinge axis of the jaw, from tragus to eye corner"
     )
-    hinge_above_deg: float = _measured(
+    hinge_above_deg: float = measured(
         10.0, "deg", ESTIMATE, "direction tragus to outer eye corner, above horizontal"
     )
-    hinge_incisor_mm: float = _measured(
+    hinge_incisor_mm: float = measured(
         90.9,
         "mm",
         "Bonwill triangle of side 105 mm, seen from the side: 105·√3/2",
         "hinge axis to the edge of the lower incisor",
         above=0.0,
     )
-    hinge_incisor_below_deg: float = _measured(
+    hinge_incisor_below_deg: float = measured(
         34.0,
         "deg",
         "Balkwill angle 22-26° and an occlusal plane falling forward by 10°",
         "direction hinge to lower incisor, below horizontal, teeth closed",
     )
-    ear_nose_mm: float = _measured(
+    ear_nose_mm: float = measured(
         104.3,
         "mm",
         "the recordings' [scale] head",
@@ -84,9 +61,9 @@ class HeadMeasurements:
         above=0.0,
     )
     # Profile, horizontal positions from the true vertical through subnasale.
-    nose_projection_mm: float = _measured(17.4, "mm", ARNETT, "nose tip ahead of subnasale", 1.7)
-    nose_tip_height_mm: float = _measured(10.5, "mm", ESTIMATE, "nose tip above subnasale")
-    nasolabial_angle_deg: float = _measured(
+    nose_projection_mm: float = measured(17.4, "mm", ARNETT, "nose tip ahead of subnasale", 1.7)
+    nose_tip_height_mm: float = measured(10.5, "mm", ESTIMATE, "nose tip above subnasale")
+    nasolabial_angle_deg: float = measured(
         105.7,
         "deg",
         CELEBI,
@@ -95,53 +72,51 @@ class HeadMeasurements:
         minimum=85.0,
         maximum=125.0,
     )
-    nasion_height_mm: float = _measured(
+    nasion_height_mm: float = measured(
         56.6, "mm", f"{ARNETT}: 137.7 - 81.1", "nasion above subnasale"
     )
-    glabella_projection_mm: float = _measured(
-        -8.0, "mm", ARNETT, "glabella ahead of subnasale", 2.5
-    )
-    upper_lip_length_mm: float = _measured(
+    glabella_projection_mm: float = measured(-8.0, "mm", ARNETT, "glabella ahead of subnasale", 2.5)
+    upper_lip_length_mm: float = measured(
         24.4, "mm", ARNETT, "subnasale to the lower margin of the upper lip", 2.5, above=0.0
     )
-    upper_lip_projection_mm: float = _measured(
+    upper_lip_projection_mm: float = measured(
         3.3, "mm", ARNETT, "upper lip ahead of subnasale", 1.7
     )
-    upper_lip_thickness_mm: float = _measured(
+    upper_lip_thickness_mm: float = measured(
         14.8, "mm", ARNETT, "foremost point of the upper lip to its inner side", 1.4, above=0.0
     )
-    upper_vermilion_mm: float = _measured(
+    upper_vermilion_mm: float = measured(
         8.0, "mm", "7-9 mm in Europeans", "height of the upper lip's red part", above=0.0
     )
-    a_point_projection_mm: float = _measured(
+    a_point_projection_mm: float = measured(
         -0.3, "mm", ARNETT, "hollow of the upper lip (A') ahead of subnasale", 1.0
     )
-    interlabial_gap_mm: float = _measured(
+    interlabial_gap_mm: float = measured(
         2.4, "mm", ARNETT, "gap of the relaxed lips, teeth closed", 1.1
     )
-    lower_lip_length_mm: float = _measured(
+    lower_lip_length_mm: float = measured(
         54.3, "mm", ARNETT, "upper margin of the lower lip to menton", 2.4, above=0.0
     )
-    lower_lip_projection_mm: float = _measured(
+    lower_lip_projection_mm: float = measured(
         1.0, "mm", ARNETT, "lower lip ahead of subnasale", 2.2
     )
-    lower_lip_thickness_mm: float = _measured(
+    lower_lip_thickness_mm: float = measured(
         15.1, "mm", ARNETT, "foremost point of the lower lip to its inner side", 1.2, above=0.0
     )
-    lower_vermilion_mm: float = _measured(
+    lower_vermilion_mm: float = measured(
         10.0, "mm", "9-11 mm in Europeans", "height of the lower lip's red part", above=0.0
     )
-    sulcus_projection_mm: float = _measured(
+    sulcus_projection_mm: float = measured(
         -7.1, "mm", ARNETT, "labiomental fold (B') ahead of subnasale", 1.6
     )
-    sulcus_below_lip_mm: float = _measured(
+    sulcus_below_lip_mm: float = measured(
         20.7,
         "mm",
         "doi 10.1186/s40902-019-0191-7 (2019), Table 9",
         "lower lip's margin to the labiomental fold",
         1.1,
     )
-    mentolabial_angle_deg: float = _measured(
+    mentolabial_angle_deg: float = measured(
         120.0,
         "deg",
         "most liked 107-118, accepted to 140 (2017)",
@@ -149,65 +124,65 @@ class HeadMeasurements:
         minimum=95.0,
         maximum=150.0,
     )
-    pogonion_projection_mm: float = _measured(
+    pogonion_projection_mm: float = measured(
         -3.5, "mm", ARNETT, "foremost point of the chin ahead of subnasale", 1.8
     )
-    pogonion_above_menton_mm: float = _measured(20.0, "mm", ESTIMATE, "pogonion above menton")
-    menton_behind_pogonion_mm: float = _measured(
+    pogonion_above_menton_mm: float = measured(20.0, "mm", ESTIMATE, "pogonion above menton")
+    menton_behind_pogonion_mm: float = measured(
         16.0, "mm", ESTIMATE, "lowest point of the chin behind its foremost"
     )
     # Depth of the tissue over bone.
-    a_point_thickness_mm: float = _measured(
+    a_point_thickness_mm: float = measured(
         15.0, "mm", ESTIMATE, "tissue over the upper jaw at the hollow of the upper lip", above=0.0
     )
-    sulcus_thickness_mm: float = _measured(
+    sulcus_thickness_mm: float = measured(
         11.5, "mm", ESTIMATE, "tissue over the lower jaw at the labiomental fold", above=0.0
     )
-    pogonion_thickness_mm: float = _measured(
+    pogonion_thickness_mm: float = measured(
         13.5, "mm", ARNETT, "tissue over the chin, in front", 2.3, above=0.0
     )
-    menton_thickness_mm: float = _measured(
+    menton_thickness_mm: float = measured(
         8.8, "mm", ARNETT, "tissue under the chin", 1.3, above=0.0
     )
-    nose_thickness_mm: float = _measured(
+    nose_thickness_mm: float = measured(
         13.0, "mm", "bulk of 10-20 mm in the study", "tissue of the nose over cartilage", above=0.0
     )
-    dermis_thickness_mm: float = _measured(
+    dermis_thickness_mm: float = measured(
         1.0,
         "mm",
         "about 1 mm in the study; 1.11-1.94 mm in men",
         "dermis of the skin where no place says otherwise",
         above=0.0,
     )
-    nose_dermis_mm: float | None = _measured(
+    nose_dermis_mm: float | None = measured(
         None,
         "mm",
         "1.25: 3.30 times the eyelid's 0.38 (Ha 2005)",
         "dermis at the tip of the nose; between two places it changes smoothly",
         above=0.0,
     )
-    philtrum_dermis_mm: float | None = _measured(
+    philtrum_dermis_mm: float | None = measured(
         None,
         "mm",
         "1.11-1.94 in men (180 patients)",
         "dermis at the hollow of the upper lip, A'",
         above=0.0,
     )
-    fold_dermis_mm: float | None = _measured(
+    fold_dermis_mm: float | None = measured(
         None,
         "mm",
         "1.11-1.94 in men (180 patients)",
         "dermis at the labiomental fold, B'",
         above=0.0,
     )
-    chin_dermis_mm: float | None = _measured(
+    chin_dermis_mm: float | None = measured(
         None,
         "mm",
         "1.19: 3.14 times the eyelid's 0.38 (Ha 2005, as in the study)",
         "dermis over the foremost point of the chin",
         above=0.0,
     )
-    submental_dermis_mm: float | None = _measured(
+    submental_dermis_mm: float | None = measured(
         None,
         "mm",
         "1.02 ± 0.24 in men, by ultrasound (2022)",
@@ -215,14 +190,14 @@ class HeadMeasurements:
         0.24,
         above=0.0,
     )
-    vermilion_thickness_mm: float = _measured(
+    vermilion_thickness_mm: float = measured(
         1.0,
         "mm",
         "about 1 mm in the study",
         "dermis of the red part and of the lip's margin",
         above=0.0,
     )
-    dermis_wrap_mm: float = _measured(
+    dermis_wrap_mm: float = measured(
         6.0,
         "mm",
         ESTIMATE,
@@ -230,38 +205,38 @@ class HeadMeasurements:
         above=0.0,
     )
     # Teeth and jaw.
-    incisor_exposure_mm: float = _measured(
+    incisor_exposure_mm: float = measured(
         3.9, "mm", ARNETT, "edge of the upper incisor below the upper lip", 1.2
     )
-    overbite_mm: float = _measured(
+    overbite_mm: float = measured(
         3.2, "mm", ARNETT, "upper incisor's edge below the lower one's", 0.7
     )
-    upper_crown_mm: float = _measured(
+    upper_crown_mm: float = measured(
         10.5, "mm", "Wheeler: 10-11 mm", "upper incisor's crown", above=0.0
     )
-    upper_crown_depth_mm: float = _measured(7.0, "mm", "Wheeler", "upper incisor, front to back")
-    upper_crown_slope_deg: float = _measured(
+    upper_crown_depth_mm: float = measured(7.0, "mm", "Wheeler", "upper incisor, front to back")
+    upper_crown_slope_deg: float = measured(
         2.0, "deg", "torque 7° less half the occlusal plane's 10°", "front face, edge forward"
     )
-    lower_crown_mm: float = _measured(9.0, "mm", "Wheeler", "lower incisor's crown", above=0.0)
-    lower_crown_depth_mm: float = _measured(6.0, "mm", "Wheeler", "lower incisor, front to back")
-    lower_crown_slope_deg: float = _measured(
+    lower_crown_mm: float = measured(9.0, "mm", "Wheeler", "lower incisor's crown", above=0.0)
+    lower_crown_depth_mm: float = measured(6.0, "mm", "Wheeler", "lower incisor, front to back")
+    lower_crown_slope_deg: float = measured(
         9.0, "deg", "torque -1° and an occlusal plane of 10°", "front face, edge forward"
     )
-    tooth_clearance_mm: float = _measured(
+    tooth_clearance_mm: float = measured(
         0.3,
         "mm",
         "0.2-0.5 mm, moist lips lie close to the teeth",
         "lips to the front of the teeth",
         above=0.0,
     )
-    vestibule_depth_mm: float = _measured(
+    vestibule_depth_mm: float = measured(
         8.0, "mm", ESTIMATE, "how far above the crown the lips are free from the jaw"
     )
-    tie_fade_mm: float = _measured(
+    tie_fade_mm: float = measured(
         4.0, "mm", "so that no element sees the tie end", "arc length over which the tie fades in"
     )
-    jaw_opening_deg: float = _measured(
+    jaw_opening_deg: float = measured(
         7.0,
         "deg",
         "lips parted as just before contact; 10.9° is pure hinge",
@@ -272,88 +247,3 @@ class HeadMeasurements:
 
     def __post_init__(self) -> None:
         check_ranges(self, HeadError)
-
-
-def shift(x: float, y: float) -> Array:
-    """Return the vector (2,) of a step, mm."""
-    return np.array([x, y])
-
-
-def hinge_from_ear(m: HeadMeasurements) -> Array:
-    """Return the jaw's hinge axis (2,), mm from the ear marker."""
-    return rotated([m.hinge_forward_mm, 0.0], np.deg2rad(m.hinge_above_deg))
-
-
-@dataclass(frozen=True)
-class ClosedFace:
-    """Landmarks relative to subnasale, teeth closed; ``subnasale`` itself relative to the ear."""
-
-    subnasale: Array
-    nasion: Array
-    nose_tip: Array
-    upper_lip: Array
-    upper_border: Array
-    stomion_upper: Array
-    upper_inside: Array
-    upper_incisor: Array
-    stomion_lower: Array
-    lower_lip: Array
-    lower_border: Array
-    lower_inside: Array
-    lower_incisor: Array
-    sulcus: Array
-    pogonion: Array
-    menton: Array
-
-    @classmethod
-    def of(cls, m: HeadMeasurements) -> ClosedFace:
-        """Return the landmarks that the measurements give."""
-        upper_margin = -m.upper_lip_length_mm
-        lower_margin = upper_margin - m.interlabial_gap_mm
-        upper_lip = np.array(
-            [m.upper_lip_projection_mm, upper_margin + 0.62 * m.upper_vermilion_mm]
-        )
-        lower_lip = np.array(
-            [m.lower_lip_projection_mm, lower_margin - 0.46 * m.lower_vermilion_mm]
-        )
-        menton_height = lower_margin - m.lower_lip_length_mm
-        pogonion = np.array([m.pogonion_projection_mm, menton_height + m.pogonion_above_menton_mm])
-        upper_inside = upper_lip - [m.upper_lip_thickness_mm, 0.0]
-        lower_inside = lower_lip - [m.lower_lip_thickness_mm, 0.0]
-        upper_edge = upper_margin - m.incisor_exposure_mm
-        upper_incisor = _incisor_edge(
-            upper_inside, upper_edge, m.upper_crown_slope_deg, m.tooth_clearance_mm
-        )
-        lower_incisor = _incisor_edge(
-            lower_inside, upper_edge + m.overbite_mm, m.lower_crown_slope_deg, m.tooth_clearance_mm
-        )
-        reach = rotated([m.hinge_incisor_mm, 0.0], -np.deg2rad(m.hinge_incisor_below_deg))
-        return cls(
-            subnasale=hinge_from_ear(m) + reach - lower_incisor,
-            nasion=np.array([m.glabella_projection_mm - NASION_DEPTH_MM, m.nasion_height_mm]),
-            nose_tip=np.array([m.nose_projection_mm, m.nose_tip_height_mm]),
-            upper_lip=upper_lip,
-            upper_border=np.array(
-                [m.upper_lip_projection_mm - 1.0, upper_margin + m.upper_vermilion_mm]
-            ),
-            stomion_upper=np.array([upper_lip[0] - 0.38 * m.upper_lip_thickness_mm, upper_margin]),
-            upper_inside=upper_inside,
-            upper_incisor=upper_incisor,
-            stomion_lower=np.array([lower_lip[0] - 0.40 * m.lower_lip_thickness_mm, lower_margin]),
-            lower_lip=lower_lip,
-            lower_border=np.array(
-                [m.lower_lip_projection_mm - 1.9, lower_margin - m.lower_vermilion_mm]
-            ),
-            lower_inside=lower_inside,
-            lower_incisor=lower_incisor,
-            sulcus=np.array([m.sulcus_projection_mm, lower_margin - m.sulcus_below_lip_mm]),
-            pogonion=pogonion,
-            menton=np.array([pogonion[0] - m.menton_behind_pogonion_mm, menton_height]),
-        )
-
-
-def _incisor_edge(inside: Array, edge_height: float, slope_deg: float, clearance: float) -> Array:
-    """Edge of an incisor whose front face lies ``clearance`` behind the inside of the lip."""
-    away = abs(edge_height - inside[1])
-    front = inside[0] - clearance - INSIDE_LEAN_MM - CROWN_BULGE_MM
-    return np.array([front + away * np.tan(np.deg2rad(slope_deg)), edge_height])

@@ -1,9 +1,9 @@
 """A mid-sagittal head from named soft-tissue measurements, as two deformable lips and rigid teeth.
 
-The face is first drawn with the teeth closed and the lips relaxed, relative to subnasale (the point
-where nose and lip meet), as cephalometry does: projections are horizontal distances from the true
-vertical through subnasale. Everything below the lip gap is then turned about the jaw's hinge. The
-defaults describe one adult man throughout, because the recorded person of the study was a man.
+The face is first constructed with closed teeth and relaxed lips, relative to subnasale (the point
+where nose and lip meet), as in cephalometry: projections are horizontal distances from the true
+vertical through subnasale. Everything below the lip gap is then rotated about the jaw's hinge. All
+defaults describe an adult man: the recorded person of the thesis is a man.
 
 Section frame: origin at the ear marker (the tragus), x forward, y up, head in natural position, mm.
 """
@@ -17,13 +17,8 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from geometry2d.anatomy.anthropometry import (
-    ClosedFace,
-    HeadError,
-    HeadMeasurements,
-    hinge_from_ear,
-    shift,
-)
+from geometry2d.anatomy.anthropometry import HeadError, HeadMeasurements
+from geometry2d.anatomy.closed_face import ClosedFace, hinge_from_ear, shift
 from geometry2d.anatomy.likeness import face_profile, lower_jaw, mouth, upper_jaw
 from geometry2d.anatomy.lips import lower_lip, upper_lip
 from geometry2d.outline import Outline
@@ -37,7 +32,7 @@ __all__ = ["HeadError", "HeadMeasurements", "HeadSection", "head_section"]
 
 @dataclass(frozen=True)
 class HeadSection:
-    """What a head is for the simulation and for pictures; all in the section frame, mm.
+    """A head for the simulation and for pictures, in the section frame, mm.
 
     Attributes
     ----------
@@ -45,7 +40,7 @@ class HeadSection:
         Upper lip with the base of the nose; lower lip with the chin. Regions "dermis" and "bulk",
         boundaries "skin", "inner", "bone" and "cut"; the tissue lies on the left of each curve.
     upper_tooth, lower_tooth
-        Incisor and the jaw in front of which the lip is free, as rigid outlines.
+        Incisor with the jaw in front of which the lip is free, as a rigid outline.
     upper_jaw, lower_jaw
         (n, 2) polygons of the bones, for drawing.
     mouth
@@ -55,7 +50,7 @@ class HeadSection:
     landmarks
         Named points (2,).
     tie_fade_mm
-        Arc length along "bone", from its end next to "inner", over which the tie fades in.
+        Arc length along "bone", from its end next to "inner", over which the tie fades in, mm.
     """
 
     upper: Section
@@ -71,14 +66,14 @@ class HeadSection:
 
 
 def head_section(measurements: HeadMeasurements | None = None) -> HeadSection:
-    """Return the head that the measurements describe, its jaw opened as they say.
+    """Return the head of some measurements, with its jaw opened.
 
     Raises
     ------
     HeadError
         If the measurements contradict one another, so that tissue would have no thickness.
     RegionError
-        If they make a profile that crosses itself.
+        If the profile crosses itself.
     """
     m = HeadMeasurements() if measurements is None else measurements
     face = ClosedFace.of(m)
@@ -121,7 +116,7 @@ def head_section(measurements: HeadMeasurements | None = None) -> HeadSection:
 
 
 def _nose_marker(m: HeadMeasurements, nose_tip: Array) -> Array:
-    """Place the marker on the side of the nose, on the line from the ear to its tip."""
+    """Return the marker (2,) on the side of the nose, on the line from the ear to its tip."""
     reach = float(np.hypot(*nose_tip))
     if m.ear_nose_mm > reach:
         raise HeadError(

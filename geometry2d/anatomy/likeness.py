@@ -1,11 +1,12 @@
-"""What of a head is only drawn: the silhouette around the lips, and the bones."""
+"""Parts of a head that are only for pictures: the silhouette around the lips, and the bones."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry2d.anatomy.anthropometry import ClosedFace, HeadMeasurements, shift
+from geometry2d.anatomy.anthropometry import HeadMeasurements
+from geometry2d.anatomy.closed_face import ClosedFace, shift
 from geometry2d.anatomy.lips import Lip, Placing
 from geometry2d.curves import (
     arc_lengths,
@@ -19,7 +20,7 @@ from geometry2d.curves import (
 Array = NDArray[np.float64]
 
 BROW_SMOOTHING_MM = 3.0
-"""Gaussian width that evens out forehead and bridge of the nose."""
+"""Gaussian width that smooths forehead and bridge of the nose, mm."""
 
 
 def face_profile(
@@ -35,11 +36,11 @@ def face_profile(
     Parameters
     ----------
     m, face
-        Measurements and the landmarks they put on the closed face.
+        Measurements and the landmarks of the closed face.
     upper, lower
-        The lips whose skin is the middle part.
+        The lips; their skin is the middle part.
     in_head, with_jaw
-        Where the upper and the lower face are in the head.
+        Maps of the upper and the lower face into the head.
     """
     nose = stretch(upper.chain, upper.margin, float(arc_lengths(upper.chain)[-1]))[::-1]
     dorsum_deg = heading_deg(nose[:2])
@@ -78,7 +79,7 @@ def face_profile(
 def cranium(profile: Array) -> Array:
     """Return the back of the head (n, 2), mm, from the profile's lower end over the crown.
 
-    It closes the silhouette, nothing more: a cranium of usual size about the ear marker.
+    It closes the silhouette: a cranium of usual size about the ear marker.
     """
     return through_landmarks(
         [
@@ -95,7 +96,7 @@ def cranium(profile: Array) -> Array:
 def ear() -> list[Array]:
     """Return helix and concha of an ear of usual size (63 mm) as curves (n, 2), mm.
 
-    The ear marker sits on the tragus, the origin. No measurement is taken from it.
+    The ear marker is on the tragus, the origin. No measurement uses the ear.
     """
     helix = through_landmarks(
         [(0.5, 4.0), (2.0, 18.0), (-14.0, 34.0), (-32.0, 20.0), (-22.0, -12.0), (-7.0, -29.0),
@@ -151,7 +152,7 @@ def _palate(lip: Lip) -> Array:
 
 
 def _inside_of_jaw(lip: Lip) -> Array:
-    """Inner side of the lower jaw, from its lower border up to the gum."""
+    """Return the inner side (n, 2), mm, of the lower jaw, from its lower border up to the gum."""
     end = lip.chain[-1]
     gum = at_arc_lengths(lip.chain, lip.fornix)
     return through_landmarks(

@@ -1,8 +1,8 @@
-"""The two deformable lips of a closed face, each as one smooth curve, and the teeth behind them.
+"""The two deformable lips of a closed face, each as one smooth curve.
 
-Bone, free inner side, lip margin and skin follow one another without a corner, so that refining a
-mesh finds no singular point: where the tie to the bone ends, the boundary simply runs on at a small
-distance in front of the teeth. All coordinates relative to subnasale, mm.
+Bone, free inner side, lip margin and skin follow one another without a corner: there is no singular
+point at which a refined mesh would diverge. Where the tie to the bone ends, the boundary continues
+at a small distance in front of the teeth. All coordinates are relative to subnasale, mm.
 """
 
 from __future__ import annotations
@@ -14,14 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
-from geometry2d.anatomy.anthropometry import (
-    CROWN_BULGE_MM,
-    INSIDE_RISE_MM,
-    ClosedFace,
-    HeadError,
-    HeadMeasurements,
-    shift,
-)
+from geometry2d.anatomy.anthropometry import HeadError, HeadMeasurements
+from geometry2d.anatomy.closed_face import INSIDE_RISE_MM, ClosedFace, shift
+from geometry2d.anatomy.lip_section import lip_section
+from geometry2d.anatomy.teeth import lower_tooth, upper_tooth
 from geometry2d.curves import (
     arc_lengths,
     at_arc_lengths,
@@ -33,34 +29,28 @@ from geometry2d.curves import (
     stretch,
     through_landmarks,
 )
-from geometry2d.outline import Outline, OutlineError
-from geometry2d.regions import Loop, Section
+from geometry2d.outline import Outline
+from geometry2d.regions import Section
 from geometry2d.rigid import rotated
 
 Array = NDArray[np.float64]
 Placing = Callable[[ArrayLike], Array]
-"""Takes points (n, 2) relative to subnasale on the closed face to where they are in the head."""
+"""Maps points (n, 2) of the closed face, relative to subnasale, into the head."""
 
 POLYLINE_SPACING_MM = 0.1
 SMOOTHING_WIDTH_MM = 0.6
-"""Gaussian width that evens out the curvature; moves a lip margin of radius 5 mm by 0.04 mm."""
+"""Gaussian width that smooths the curvature, mm; moves a lip margin of radius 5 mm by 0.04 mm."""
 DERMIS_BLEND_MM = 3.0
-"""Arc length over which the dermis goes from its thickness on the skin to that on the vermilion."""
-OUTER_REACH_MM = {"upper": 24.0, "lower": 12.0}
-INNER_REACH_MM = 14.0
-"""How far from the lip margin a package may touch, along the skin (the rim of a wide neck nearly up
-to the nose) and along the inner side (a lip that embraces a neck lies on it so)."""
-FOCUS_SPACING_MM = 0.01
-"""Far less than an edge of any mesh, whose length is asked for at these points."""
+"""Arc length over which the thickness of the dermis changes from skin to vermilion, mm."""
 INSIDE_HEADING_DEG = 68.0
 """Slope of a lip's inner side where the lip is thickest."""
 ANGLE_CORRECTIONS = 3
 FOLD_HEADING_DEG = 86.0
-"""Direction in which the skin, going up, passes the labiomental fold."""
+"""Direction of the skin at the labiomental fold, upwards."""
 FOLD_TO_BONE_MM = 3.5
-"""The fold between lip and jaw stays this far from the hollows A and B of the bone."""
+"""Least distance of the fold between lip and jaw from the hollows A and B of the bone, mm."""
 SUBMENTAL_LENGTH_MM = 22.0
-"""How far behind menton the lower section is cut off."""
+"""Distance behind menton at which the lower section is cut off, mm."""
 
 DERMIS_PLACES: Mapping[str, str] = {
     "a_point": "philtrum_dermis_mm",
@@ -69,51 +59,18 @@ DERMIS_PLACES: Mapping[str, str] = {
     "pogonion": "chin_dermis_mm",
     "menton": "submental_dermis_mm",
 }
-"""Landmarks at which the dermis may be measured; between two of them it changes monotonically."""
-
-UPPER_LOOPS: Mapping[str, Loop] = {
-    "dermis": (
-        ("skin", True),
-        ("cut_dermis", True),
-        ("interface", False),
-        ("dermis_end", False),
-    ),
-    "bulk": (
-        ("interface", True),
-        ("cut_bulk", True),
-        ("bone", True),
-        ("inner", True),
-        ("dermis_end", True),
-    ),
-}
-"""Skin and interface run from the mouth up to the cut through the nose."""
-LOWER_LOOPS: Mapping[str, Loop] = {
-    "dermis": (
-        ("skin", True),
-        ("dermis_end", True),
-        ("interface", False),
-        ("cut_dermis", False),
-    ),
-    "bulk": (
-        ("interface", True),
-        ("dermis_end", False),
-        ("inner", True),
-        ("bone", True),
-        ("cut_bulk", False),
-    ),
-}
-"""Skin and interface run from the cut under the chin up into the mouth."""
+"""Landmarks at which the dermis may be measured; between two of them it is monotonic."""
 
 
 @dataclass(frozen=True)
 class Lip:
-    """One lip relative to subnasale, teeth closed: its outer boundary as one smooth curve.
+    """One lip of the closed face: its boundary as one smooth curve, relative to subnasale.
 
     Attributes
     ----------
     chain
-        (n, 2) boundary, mm, the tissue on its left: bone, inner side, lip margin, skin on the upper
-        lip, the same backwards on the lower one.
+        (n, 2) boundary, mm, with the tissue on its left: bone, inner side, lip margin and skin of
+        the upper lip; the reverse order for the lower lip.
     bone_first
         Whether this is the upper lip.
     fornix, margin, border
@@ -134,7 +91,7 @@ class Lip:
     landmarks: Mapping[str, Array]
 
     def section(self, name: str, m: HeadMeasurements, placed: Placing) -> Section:
-        """Return the lip as named curves and regions, put into the head by ``placed``.
+        """Return the lip as named curves and regions; ``placed`` maps it into the head.
 
         Raises
         ------
@@ -173,14 +130,14 @@ class Lip:
         )
 
     def _thickness(self, s: Array, m: HeadMeasurements) -> Array:
-        """Thickness of the dermis, mm, at arc lengths (n,): the skin's outside of the border."""
+        """Return the thickness of the dermis (n,), mm, at arc lengths (n,), mm."""
         outwards = (s - self.border) if self.bone_first else (self.border - s)
         t = np.clip(0.5 + outwards / DERMIS_BLEND_MM, 0.0, 1.0)
         blend: Array = t * t * (3 - 2 * t)
         return m.vermilion_thickness_mm + blend * (self._skin(s, m) - m.vermilion_thickness_mm)
 
     def _skin(self, s: Array, m: HeadMeasurements) -> Array:
-        """Thickness of the dermis, mm, at arc lengths (n,) as if the lip had no red part."""
+        """Return the thickness of the dermis (n,), mm, of a lip without vermilion."""
         measured = {
             nearest_arc_length(self.chain, self.landmarks[place]): getattr(m, name)
             for place, name in DERMIS_PLACES.items()
@@ -190,67 +147,6 @@ class Lip:
         thickness = [m.dermis_thickness_mm if measured[a] is None else measured[a] for a in along]
         between: Array = PchipInterpolator(along, thickness)(np.clip(s, along[0], along[-1]))
         return between
-
-
-def lip_section(
-    name: str, *, skin: Array, interface: Array, inner: Array, bone: Array, margin: float
-) -> Section:
-    """Return a lip as regions "dermis" and "bulk" between curves with the tissue on their left.
-
-    Parameters
-    ----------
-    name
-        "upper", whose curves follow one another as bone, inner, skin; or "lower", whose curves
-        do so as skin, inner, bone.
-    skin, interface
-        (n, 2) outer and inner side of the dermis, mm, in the same direction.
-    inner, bone
-        (n, 2) free inner side and tie to bone, mm. From bone to skin the section is cut straight.
-    margin
-        Arc length, mm, of the lip's edge along the skin. The mesh is finest where a package may
-        touch around it.
-
-    Raises
-    ------
-    RegionError
-        If the dermis is thicker than the skin's curvature allows, or curves cross.
-    """
-    upper = name == "upper"
-    mouth_end, cut_end = (0, -1) if upper else (-1, 0)
-    return Section(
-        name=name,
-        curves={
-            "skin": skin,
-            "inner": inner,
-            "bone": bone,
-            "interface": interface,
-            "dermis_end": np.array([skin[mouth_end], interface[mouth_end]]),
-            "cut_dermis": np.array([skin[cut_end], interface[cut_end]]),
-            "cut_bulk": np.array([interface[cut_end], bone[0] if upper else bone[-1]]),
-        },
-        loops=UPPER_LOOPS if upper else LOWER_LOOPS,
-        boundary_curves={
-            "skin": ("skin",),
-            "inner": ("inner",),
-            "bone": ("bone",),
-            "cut": ("cut_dermis", "cut_bulk"),
-        },
-        focus=_reachable(name, skin, inner, margin),
-        layer_curves=("skin", "interface", "inner"),
-    )
-
-
-def _reachable(name: str, skin: Array, inner: Array, margin: float) -> Array:
-    """Return the points (n, 2) of skin and inner side that a package may touch."""
-    skin, inner = resampled(skin, FOCUS_SPACING_MM), resampled(inner, FOCUS_SPACING_MM)
-    along_skin, along_inner = arc_lengths(skin), arc_lengths(inner)
-    if name == "upper":
-        outwards, inwards = along_skin - margin, margin + along_inner[-1] - along_inner
-    else:
-        outwards, inwards = margin - along_skin, along_skin[-1] - margin + along_inner
-    return np.concatenate(
-        [skin[outwards <= OUTER_REACH_MM[name]], inner[inwards <= INNER_REACH_MM]]
-    )
 
 
 def upper_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
@@ -267,7 +163,7 @@ def upper_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
     a_height = 0.25 * -m.upper_lip_length_mm
     a_bone = np.array([m.a_point_projection_mm - m.a_point_thickness_mm, a_height])
     spine = np.array([-0.8 * m.a_point_thickness_mm, 2.5])
-    tooth = _upper_tooth(m, face, a_bone)
+    tooth = upper_tooth(m, face, a_bone)
     front = _in_front_of(
         tooth,
         m.tooth_clearance_mm,
@@ -336,7 +232,7 @@ def upper_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
 def lower_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
     """Return the lower lip with the chin and the start of the neck."""
     b_bone = face.sulcus - [m.sulcus_thickness_mm, 0.0]
-    tooth = _lower_tooth(m, face, b_bone)
+    tooth = lower_tooth(m, face, b_bone)
     front = _in_front_of(
         tooth,
         m.tooth_clearance_mm,
@@ -390,7 +286,7 @@ def lower_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
             SMOOTHING_WIDTH_MM,
         )
 
-    # Smoothing turns the tangent a little: draw, measure, and draw again with what was missing.
+    # Smoothing rotates the tangent slightly: the angle is corrected by its measured error.
     lip_deg = m.mentolabial_angle_deg - 67.0
     for _ in range(ANGLE_CORRECTIONS):
         lip_deg += m.mentolabial_angle_deg - _mentolabial_angle_deg(drawn(lip_deg), face)
@@ -415,7 +311,7 @@ def lower_lip(m: HeadMeasurements, face: ClosedFace) -> Lip:
 
 
 def _mentolabial_angle_deg(chain: Array, face: ClosedFace) -> float:
-    """Angle between the tangent where the lip's red part ends and the steepest one of the chin."""
+    """Return the angle between the tangent at the vermilion border and the chin's steepest one."""
     border, fold, chin = (
         nearest_arc_length(chain, point)
         for point in (face.lower_border, face.sulcus, face.pogonion)
@@ -426,57 +322,10 @@ def _mentolabial_angle_deg(chain: Array, face: ClosedFace) -> float:
     return 180.0 - (chin_deg - lip_deg)
 
 
-def _upper_tooth(m: HeadMeasurements, face: ClosedFace, a_bone: Array) -> Outline:
-    """Upper incisor with the jaw above it up to A, counter-clockwise from its edge."""
-    up = rotated([0.0, 1.0], np.deg2rad(m.upper_crown_slope_deg))
-    edge, crown, depth = face.upper_incisor, m.upper_crown_mm, m.upper_crown_depth_mm
-    gum = edge + crown * up
-    top = a_bone - [m.tooth_clearance_mm, 0.0]
-    corners = [
-        edge,
-        edge + 0.45 * crown * up + shift(CROWN_BULGE_MM, 0.0),
-        gum + shift(0.1, 0.0),
-        top,
-        top + shift(-depth - 1.0, 0.5),
-        gum + shift(-depth, 1.5),
-        edge + 0.38 * crown * up + shift(-1.75, 0.0),  # the hollow in which the lower incisor bites
-        edge + shift(-1.7, 0.5),
-    ]
-    return _rounded_tooth("upper", corners, [0.7, 12.0, 8.0, 1.5, 1.5, 3.0, 5.0, 0.6])
-
-
-def _lower_tooth(m: HeadMeasurements, face: ClosedFace, b_bone: Array) -> Outline:
-    """Lower incisor with the jaw below it down to B, counter-clockwise from below."""
-    down = rotated([0.0, -1.0], -np.deg2rad(m.lower_crown_slope_deg))
-    edge, crown, depth = face.lower_incisor, m.lower_crown_mm, m.lower_crown_depth_mm
-    gum = edge + crown * down
-    bottom = b_bone - [m.tooth_clearance_mm, 0.0]
-    corners = [
-        bottom,
-        gum + shift(0.1, 0.0),
-        edge + 0.45 * crown * down + shift(CROWN_BULGE_MM, 0.0),
-        edge,
-        edge + shift(-1.6, -0.5),
-        gum + shift(-depth, -1.5),
-        bottom + shift(-depth - 1.0, -0.5),
-    ]
-    return _rounded_tooth("lower", corners, [1.5, 8.0, 12.0, 0.7, 0.6, 3.0, 1.5])
-
-
-def _rounded_tooth(name: str, corners: list[Array], radii: list[float]) -> Outline:
-    try:
-        return Outline.from_corners(corners, radii)
-    except OutlineError as error:
-        raise HeadError(
-            f"the {name} incisor and the jaw behind the lip do not form one body ({error}): bring "
-            f"{name}_lip_thickness_mm and the thickness over the bone closer together"
-        ) from error
-
-
 def _in_front_of(
     tooth: Outline, clearance: float, *, start_height: float, end_height: float
 ) -> Array:
-    """Points ``clearance`` in front of a tooth's front face between two heights."""
+    """Return points (n, 2), mm, ``clearance`` in front of a tooth between two heights."""
     points = tooth.sampled(POLYLINE_SPACING_MM)
     projection = tooth.project(points)
     front = (
@@ -484,7 +333,7 @@ def _in_front_of(
         + clearance * (projection.normal[projection.normal[:, 0] > 0.5])
     )
     front = front[np.argsort(front[:, 1], kind="stable")]
-    # The upper lip's inner side is travelled downwards, and so is the lower's: always from above.
+    # The inner side of either lip is travelled downwards.
     low, high = end_height, start_height
     if not front[0, 1] < low < high < front[-1, 1]:
         raise HeadError(

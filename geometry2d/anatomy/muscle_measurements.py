@@ -1,32 +1,29 @@
-"""Named measurements of the lips' muscles: how thick they are, where they lie, how they are curved.
+"""Named measurements of the lips' muscles: thickness, position and curvature.
 
-Places are told by arc lengths along curves that every head has, measured or drawn: the skin from
-the margin of a lip outwards, its inner side from the margin inwards, the bone from the fold between
-lip and jaw on.
+Positions are arc lengths along curves that every head has, measured or drawn: the skin from the
+margin of a lip outwards, its inner side from the margin inwards, the bone from the fold between lip
+and jaw.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 from geometry2d.anatomy.anthropometry import ESTIMATE, HeadError
-from geometry2d.foundation.settings import check_ranges, setting
+from geometry2d.foundation.settings import check_ranges, measured
 
 ARTISYNTH = "fibres of ArtiSynth's face (Stavness 2013), 3 mm off its midline"
 ULTRASOUND = "1.5-3.0 mm, ultrasound of twelve people (Alfen 2013)"
 CHOI = "Choi 2021, ultrasound of 33 people"
 
 
-def _measured(default: float, unit: str, source: str, description: str) -> float:
-    value: float = setting(
-        default=default, unit=unit, source=source, description=description, above=0.0
-    )
-    return value
+_measured = partial(measured, above=0.0)
 
 
 @dataclass(frozen=True)
 class MuscleMeasurements:
-    """Named measurements of the lips' muscles; every field's metadata say unit, source, meaning."""
+    """Named measurements of the lips' muscles; the metadata are unit, source and meaning."""
 
     mouth_width_mm: float = _measured(
         51.0, "mm", "ArtiSynth's face; 50-55 mm in Europeans", "between the corners of the mouth"

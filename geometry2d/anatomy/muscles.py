@@ -1,10 +1,10 @@
-"""Where in a section through the lips their muscles lie, and how their fibres run.
+"""Regions and fibre directions of the muscles in a section through the lips.
 
-Orbicularis oris runs across the section. Its peripheral part is a sheet between the mucosa and the
-skin that reaches from the lip's free edge to beyond the fold between lip and jaw; its marginal part
-is a bundle under the red of the lip. Both close the mouth because their fibres are curved:
-backwards around the dental arch, and towards the opening, between whose corners they are arched.
-Mentalis, levator and depressor run in the section, straight from bone to skin.
+Orbicularis oris runs across the section. Its peripheral part is a sheet between mucosa and skin
+from the lip's free edge to beyond the fold between lip and jaw. Its marginal part is a bundle under
+the vermilion. Both close the mouth, because their fibres are curved: backwards around the dental
+arch, and towards the opening, between whose corners they are arched. Mentalis, levator and
+depressor run in the section, straight from bone to skin.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Lip = Literal["upper", "lower"]
 
 SPACING_MM = 0.1
 BEYOND_MM = 6.0
-"""How far beyond its ends a straight muscle is drawn before the tissue cuts it off."""
+"""Length beyond both ends of a straight muscle before it is clipped to the tissue, mm."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,11 @@ class FibresAroundMouth:
     Attributes
     ----------
     radius_mm
-        Their radius in a horizontal plane, around the dental arch.
+        Their radius in a horizontal plane, around the dental arch, mm.
     mouth_width_mm
-        Distance of the corners.
+        Distance of the corners, mm.
     corner_height_mm
-        Height of the corners in the section.
+        Height of the corners in the section, mm.
     """
 
     radius_mm: float
@@ -59,8 +59,9 @@ class FibresAroundMouth:
     def curvature(self, points: ArrayLike) -> Array:
         """Return the curvature vectors (..., 2), 1/mm, towards the centre, at points (..., 2), mm.
 
-        Backwards ``1/R_h``. A circle through both corners that rises ``s`` between them has
-        ``R_v = (w²/4 + s²)/(2 s)``, towards the opening; it is straight at the corners' height.
+        The component backwards is ``1/R_h``. The component towards the opening is ``1/R_v``: a
+        circle through both corners with the rise ``s`` has ``R_v = (w²/4 + s²)/(2 s)``. At the
+        height of the corners it is zero.
         """
         above = np.asarray(points, float)[..., 1] - self.corner_height_mm
         vertical = 2 * above / (0.25 * self.mouth_width_mm**2 + above**2)
@@ -69,7 +70,7 @@ class FibresAroundMouth:
 
 @dataclass(frozen=True)
 class StraightFibres:
-    """Fibres in the section: all along one direction.
+    """Fibres in the section, all in one direction.
 
     Attributes
     ----------
@@ -94,13 +95,14 @@ class MuscleRegion:
         "upper_peripheral", "upper_marginal", "lower_peripheral", "lower_marginal", "mentalis",
         "levator" or "depressor".
     lip
-        The lip it lies in.
+        Its lip.
     polygon
-        (n, 2) where it lies, mm, in the head section's frame.
+        (n, 2) its region, mm, in the head section's frame.
     fibres
-        How its fibres run.
+        Its fibres.
     edge_mm
-        How far on both sides of its edge its share of the tissue changes from 1 to 0, mm.
+        Distance on both sides of its edge over which its share of the tissue changes from 1 to 0,
+        mm.
     """
 
     name: str
@@ -115,10 +117,10 @@ class MuscleRegion:
         return float(shapely.Polygon(self.polygon).area)
 
     def share(self, points: ArrayLike) -> Array:
-        """Return how much (0…1) of the tissue at points (..., 2), mm, is this muscle.
+        """Return the share (0…1) of this muscle in the tissue at points (..., 2), mm.
 
-        It changes at the edge with a continuous slope, so that what elements sum up depends little
-        on how they cut the edge.
+        It changes at the edge with a continuous slope: integrals depend little on how elements cut
+        the edge.
         """
         at = np.asarray(points, float)
         flat = at.reshape(-1, 2)
@@ -138,12 +140,12 @@ class MuscleRegion:
 def muscle_regions(
     head: HeadSection, measurements: MuscleMeasurements | None = None
 ) -> dict[str, MuscleRegion]:
-    """Return the muscles of a head's lips by name, where the measurements put them.
+    """Return the muscles of a head's lips, by name.
 
     Raises
     ------
     HeadError
-        If a muscle would leave the tissue, with the names of the measurements that decide it.
+        If a muscle would leave the tissue; the message names the measurements that decide it.
     """
     m = MuscleMeasurements() if measurements is None else measurements
     lips = {"upper": LipLines.of(head, "upper"), "lower": LipLines.of(head, "lower")}
@@ -160,19 +162,19 @@ def muscle_regions(
 
 
 STRAIGHT: Mapping[str, Lip] = {"mentalis": "lower", "levator": "upper", "depressor": "lower"}
-"""The muscles that run in the section, and the lip that each lies in."""
+"""The muscles in the plane of the section, with their lips."""
 
 
 @dataclass(frozen=True)
 class LipLines:
-    """The boundary of a lip as seen from its margin.
+    """The boundary of a lip, by arc lengths from its margin.
 
     Attributes
     ----------
     lip
-        Which one.
+        "upper" or "lower".
     tissue
-        The deep layer, where muscles are.
+        The deep layer, which holds the muscles.
     outside
         (n, 2) inner side of the dermis, mm, from the margin outwards.
     inside
@@ -193,7 +195,7 @@ class LipLines:
         section: Section = getattr(head, lip)
         margin = head.landmarks[f"stomion_{lip}"]
         curves = {name: resampled(section.curves[name], SPACING_MM) for name in NEEDED_CURVES}
-        if lip == "upper":  # its curves run from the bone over the inner side to the skin
+        if lip == "upper":  # its curves run from bone to skin
             chain = [curves["skin"][::-1], curves["inner"][::-1], curves["bone"][::-1]]
             interface = curves["interface"]
         else:
@@ -255,12 +257,12 @@ def _bundle(lines: LipLines, m: MuscleMeasurements) -> Array:
 def _layer(
     lines: LipLines, curve: Array, start: float, end: float, name: str, m: MuscleMeasurements
 ) -> Array:
-    """Return the tissue (n, 2) at a depth below a stretch of boundary, as thick as measured.
+    """Return the region (n, 2), mm, of a layer at its depth below a part of the boundary.
 
     Raises
     ------
     HeadError
-        If the lip is not thick enough for it.
+        If the lip is too thin for it.
     """
     keys = f"{name}_depth_mm", f"{name}_thickness_mm"
     depth, thickness = (getattr(m, key) for key in keys)
@@ -282,7 +284,7 @@ def _layer(
 
 
 def _straight(name: str, lines: LipLines, m: MuscleMeasurements) -> MuscleRegion:
-    """Return a muscle that runs straight from skin to bone, cut off by both."""
+    """Return a straight muscle from skin to bone, clipped by both."""
     keys = f"{name}_skin_mm", f"{name}_bone_mm"
     skin_mm, bone_mm = (getattr(m, key) for key in keys)
     on_skin = lines.point_on(lines.outside, skin_mm, keys[0])

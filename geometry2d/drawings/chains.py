@@ -1,12 +1,12 @@
-"""Curves as they come out of files: open or closed chains of lines and arcs, joined to outlines.
+"""Curves of drawings: open or closed chains of lines and arcs, joined to outlines.
 
-Free curves (splines, ellipses, Bézier curves) become pairs of arcs that share their tangent, so an
-outline stays smooth where its drawing was: a contact sees no facets that nobody drew.
+Free curves (splines, ellipses, Bézier curves) are approximated by pairs of arcs with a common
+tangent: an outline is smooth where its drawing is, without facets.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,46 +15,41 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
+from geometry2d.drawings.biarcs import Curve, append_arcs, bezier
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.text import quoted
 from geometry2d.outline import Outline, OutlineError
 
 Array = NDArray[np.float64]
-Curve = Callable[[float], tuple[Array, Array]]
-"""Point (2,) and derivative (2,) at a parameter in 0 ... 1."""
-
 JOIN_MM = 1e-3
-"""Ends nearer than this are one point: files print their numbers rounded."""
+"""Ends nearer than this are one point, mm: files hold rounded numbers."""
 
 FIT_MM = 2e-3
-"""Largest distance between a free curve and the arcs that stand for it."""
+"""Largest distance between a free curve and its arcs, mm."""
 
 LARGEST_MM = 1e4
-"""Nothing in a head or on a package is larger: whoever draws so has chosen the wrong unit."""
+"""Largest coordinate of a drawing, mm; a larger one means a wrong unit."""
 
 LONGEST_MM = 5e3
-"""No curve of a head or a neck is longer: it goes to and fro."""
+"""Largest length of a curve of a head or a neck, mm."""
 
 SMALLEST = 1e-9
-"""Radii and scales below this leave nothing of a curve, in whatever unit."""
+"""Smallest radius and scale of a curve, in any unit."""
 
 FULLEST_TURN = 1e-4
-"""An arc between two points turns by so much less than a full circle, rad, at least."""
+"""Least difference of an arc between two points from a full circle, rad."""
 
 MOST_PIECES = 30_000
 FITTED_COUNTS = 3
-"""Lines and arcs of a drawing; one that is fitted to a free curve takes the time of three."""
-
-DEEPEST = 14
-"""A free curve is halved at most so often before a straight line takes its place (at a cusp)."""
+"""Largest number of lines and arcs of a drawing; one of a fitted free curve counts three times."""
 
 
 class DrawingError(DrinksimError):
-    """A drawing or a surface cannot be read, or does not give closed curves."""
+    """A drawing or a surface that cannot be read or used."""
 
 
 class PieceCount:
-    """Counts the lines and arcs of a drawing as it is read and refuses too many.
+    """Counter of the lines and arcs of a drawing, which limits their number.
 
     Parameters
     ----------
@@ -66,7 +61,7 @@ class PieceCount:
         self._file, self._count = file, 0
 
     def counted(self, chain: Chain, *, fitted: bool = False) -> Chain:
-        """Return the chain, counted; ``fitted`` says whether it stands for a free curve.
+        """Return the chain and count it; ``fitted``: it approximates a free curve.
 
         Raises
         ------
@@ -84,14 +79,14 @@ class PieceCount:
 
 @dataclass(frozen=True)
 class Chain:
-    """Lines and arcs end to end.
+    """A connected sequence of lines and arcs.
 
     Parameters
     ----------
     name
-        What the file calls it.
+        Its name in the file.
     points
-        (n + 1, 2) where the pieces start and end, mm.
+        (n + 1, 2) start and end points of the pieces, mm.
     curvature
         (n,) signed curvature of each piece, 1/mm, 0 for a line, positive if it bends to the left;
         an arc spans at most half a circle.
@@ -111,7 +106,7 @@ class Chain:
     def arc(cls, name: str, start: ArrayLike, end: ArrayLike, turn_rad: float) -> Chain:
         """Return the arc from ``start`` to ``end`` whose direction turns left by ``turn_rad``.
 
-        The turn is less than a full one. The arc is split so that no part exceeds a quarter.
+        The turn is less than a full circle. The arc is split into parts of at most a quarter.
 
         Raises
         ------
@@ -159,10 +154,10 @@ class Chain:
 
     @classmethod
     def fitted(cls, name: str, curve: Curve, *, tolerance_mm: float = FIT_MM) -> Chain:
-        """Return arcs within ``tolerance_mm`` of a free curve, smooth wherever it is smooth."""
+        """Return arcs within ``tolerance_mm`` of a free curve, smooth where it is smooth."""
         pieces: list[tuple[Array, float]] = []
         for first in range(4):
-            _fit(curve, first / 4, (first + 1) / 4, tolerance_mm, 0, pieces)
+            append_arcs(curve, first / 4, (first + 1) / 4, tolerance_mm, 0, pieces)
         start = curve(0.0)[0]
         points = np.array([start, *(point for point, _ in pieces)])
         return cls(name, points, np.array([curvature for _, curvature in pieces]))
@@ -181,14 +176,14 @@ class Chain:
 
     @classmethod
     def of(cls, name: str, parts: Sequence[Chain]) -> Chain:
-        """Return parts that follow one another as one chain; each starts where the last ended."""
+        """Return connected parts as one chain; each starts at the end of the previous one."""
         if not parts:
             return cls(name, np.zeros((0, 2)), np.zeros(0))
         points = np.concatenate([*(part.points[:-1] for part in parts), parts[-1].points[-1:]])
         return cls(name, points, np.concatenate([part.curvature for part in parts]))
 
     def sampled(self, spacing_mm: float) -> Array:
-        """Return points (m, 2) along the chain, all joints among them, ``spacing_mm`` apart."""
+        """Return points (m, 2) along the chain, at most ``spacing_mm`` apart, with all joints."""
         points = [self.points[:1]]
         for first, last, bend in zip(
             self.points[:-1], self.points[1:], self.curvature, strict=True
@@ -207,13 +202,14 @@ class Chain:
         return np.concatenate(points)
 
     def backwards(self) -> Chain:
-        """Return the chain travelled from its end to its start."""
+        """Return the chain in the opposite direction."""
         return Chain(self.name, self.points[::-1], -self.curvature[::-1])
 
     def mapped(self, matrix: ArrayLike, *, tolerance_mm: float = FIT_MM) -> Chain:
-        """Return the chain under an affine map (2, 3); circles stay circles if the map lets them.
+        """Return the chain under an affine map (2, 3).
 
-        Where the map makes ellipses of circles, ``tolerance_mm`` bounds what is lost.
+        A similarity maps arcs to arcs. Otherwise an arc becomes part of an ellipse, which is
+        approximated by arcs within ``tolerance_mm``.
         """
         m = np.asarray(matrix, float)
         linear, shift = m[:, :2], m[:, 2]
@@ -244,19 +240,19 @@ class Chain:
 
 
 class NamedOutline(NamedTuple):
-    """A closed curve of a drawing, counter-clockwise in whatever sense it was drawn, mm."""
+    """A closed curve of a drawing, mm, counter-clockwise whatever its direction in the drawing."""
 
     name: str
     outline: Outline
 
 
 def closed_outlines(chains: Iterable[Chain], *, join_mm: float = JOIN_MM) -> list[NamedOutline]:
-    """Return the outlines that chains form; those of one name are put together end to end.
+    """Return the outlines that chains form; chains of one name are joined at their ends.
 
     Raises
     ------
     DrawingError
-        If a curve is open (with its gap and place), branches, crosses itself or is too large.
+        If a curve is open, branches, crosses itself or is too large.
     """
     by_name: dict[str, list[Chain]] = {}
     for chain in chains:
@@ -271,7 +267,7 @@ def closed_outlines(chains: Iterable[Chain], *, join_mm: float = JOIN_MM) -> lis
 
 
 def open_curve(name: str, parts: Sequence[Chain], *, join_mm: float = JOIN_MM) -> Chain:
-    """Return the one open curve that chains form, put together end to end.
+    """Return the open curve that chains form, joined at their ends.
 
     Raises
     ------
@@ -301,13 +297,19 @@ def open_curve(name: str, parts: Sequence[Chain], *, join_mm: float = JOIN_MM) -
 
 
 def outline_through(points: ArrayLike, name: str) -> Outline:
-    """Return the counter-clockwise polygon through points (n, 2), mm; errors carry ``name``."""
+    """Return the counter-clockwise polygon through points (n, 2), mm; ``name`` is for messages."""
     p = np.asarray(points, float)
     return _outline(Chain.through(name, np.concatenate([p, p[:1]])), 0.0)
 
 
+def centre_of(mark: Outline) -> Array:
+    """Return the centroid (2,), mm, of a mark."""
+    centre = shapely.Polygon(mark.sampled(mark.length / 360)).centroid
+    return np.array([centre.x, centre.y])
+
+
 def _rings(name: str, parts: list[Chain], join_mm: float) -> list[Chain]:
-    """Return closed chains, each put together from chains whose ends meet."""
+    """Return closed chains, each joined from chains whose ends meet."""
     rings = [part for part in parts if _closed(part, join_mm)]
     loose = [part for part in parts if not _closed(part, join_mm)]
     ends = np.array([p for part in loose for p in (part.points[0], part.points[-1])])
@@ -412,92 +414,6 @@ def _refuse_size(chain: Chain) -> None:
         )
 
 
-def _fit(
-    curve: Curve, low: float, high: float, tolerance: float, depth: int,
-    pieces: list[tuple[Array, float]],
-) -> None:  # fmt: skip
-    """Append the end point and curvature of the arcs that follow a curve between parameters."""
-    start, end = curve(low)[0], curve(high)[0]
-    samples = np.array([curve(low + (high - low) * k / 6)[0] for k in range(1, 6)])
-    if np.all(np.abs(np.array([*samples, end]) - start) < 0.1 * tolerance):
-        pieces.append((end, 0.0))
-        return
-    pair = _biarc(start, _direction(curve, low, +1), end, _direction(curve, high, -1))
-    if pair is not None and pair.largest_distance(samples) <= tolerance:
-        pieces += [(pair.joint, pair.first), (end, pair.second)]
-        return
-    if depth >= DEEPEST:
-        pieces.append((end, 0.0))
-        return
-    middle = 0.5 * (low + high)
-    _fit(curve, low, middle, tolerance, depth + 1, pieces)
-    _fit(curve, middle, high, tolerance, depth + 1, pieces)
-
-
-def _direction(curve: Curve, at: float, towards: int) -> Array:
-    """Return the unit tangent (2,); where control points coincide, that of a point close by."""
-    for inwards in (0.0, 1e-6, 1e-4):
-        tangent = curve(at + towards * inwards)[1]
-        size = float(np.hypot(*tangent))
-        if size > 1e-9:
-            unit: Array = tangent / size
-            return unit
-    return np.zeros(2)
-
-
-class _Biarc(NamedTuple):
-    """Two arcs with one tangent where they meet, and the tangents they were asked to have."""
-
-    start: Array
-    leaving: Array
-    joint: Array
-    middle: Array
-    end: Array
-    arriving: Array
-    first: float
-    second: float
-
-    def largest_distance(self, points: Array) -> float:
-        """Distance of points (n, 2) near the arcs from them, mm, to first order."""
-        before = (points - self.joint) @ self.middle < 0
-        from_start, from_end = points - self.start, points - self.end
-        first = _cross(self.leaving, from_start) - 0.5 * self.first * np.sum(from_start**2, axis=1)
-        last = _cross(self.arriving, from_end) - 0.5 * self.second * np.sum(from_end**2, axis=1)
-        return float(np.max(np.abs(np.where(before, first, last))))
-
-
-def _biarc(start: Array, leaving: Array, end: Array, arriving: Array) -> _Biarc | None:
-    """Return the two arcs with given ends and tangents whose control legs are equally long.
-
-    With v = end − start and legs d: v·v = 2 d v·(t₀ + t₁) + 2 d² (1 − t₀·t₁). None where there are
-    no two arcs of at most a quarter turn each.
-    """
-    v = end - start
-    a, b, c = 2 * (1 - leaving @ arriving), v @ (leaving + arriving), v @ v
-    below = b + np.sqrt(b * b + a * c)
-    if c == 0 or below <= 1e-3 * np.sqrt(c):
-        return None
-    leg = c / below
-    joint = 0.5 * (start + leg * leaving + end - leg * arriving)
-    along = end - leg * arriving - start - leg * leaving
-    first, last = joint - start, end - joint
-    size = float(np.hypot(*along))
-    if size == 0 or leaving @ first <= 0 or arriving @ last <= 0:
-        return None
-    bends = (
-        float(2 * _cross(leaving, first) / (first @ first)),
-        float(2 * _cross(last, arriving) / (last @ last)),
-    )
-    for bend, chord in zip(bends, (first, last), strict=True):
-        if abs(bend) * np.hypot(*chord) > np.sqrt(2):
-            return None
-    straight = [
-        0.0 if abs(bend) * (chord @ chord) < 1e-9 else bend
-        for bend, chord in zip(bends, (first, last), strict=True)
-    ]
-    return _Biarc(start, leaving, joint, along / size, end, arriving, straight[0], straight[1])
-
-
 def _mapped_arc(ends: Array, bend: float, linear: Array, shift: Array) -> Curve:
     chord = ends[1] - ends[0]
     length = float(np.hypot(*chord))
@@ -511,25 +427,6 @@ def _mapped_arc(ends: Array, bend: float, linear: Array, shift: Array) -> Curve:
         return linear @ (ends[0] + step) + shift, linear @ tangent
 
     return curve
-
-
-def bezier(control: ArrayLike) -> Curve:
-    """Return the Bézier curve of control points (n, 2)."""
-    points = np.asarray(control, float)
-
-    def curve(t: float) -> tuple[Array, Array]:
-        level, before = points, points
-        while len(level) > 1:
-            before, level = level, (1 - t) * level[:-1] + t * level[1:]
-        return level[0], (len(points) - 1) * (before[-1] - before[0])
-
-    return curve
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Cross product of vectors (..., 2): positive if ``b`` points to the left of ``a``."""
-    product: Array = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return product
 
 
 def _place(point: Array) -> str:

@@ -1,7 +1,7 @@
-"""The curves of a drawing, in either of its formats.
+"""Curves of a drawing in SVG or DXF.
 
-Nothing is repaired: a curve that is open, crosses itself or has no unit is an error that says
-where. Only rounding is forgiven: ends within a micrometre of each other meet.
+Nothing is repaired: an open curve, one that crosses itself, or a drawing without a unit is an error
+that names the place. Only rounding is accepted: ends within a micrometre of each other meet.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ def drawn_outlines(
     file
         The drawing.
     unit_mm
-        What a unit of the drawing is, mm, if the file does not say so.
+        Unit of the drawing, mm, if the file does not state it.
     names
         The curves wanted, in lower case; all of them if None.
 
     Raises
     ------
     DrawingError
-        If the file cannot be read, or one of the curves is open, branches or crosses itself.
+        If the file cannot be read, or a curve is open, branches or crosses itself.
     """
     chains = drawn_chains(file, unit_mm=unit_mm, names=names)
     with naming(file):
@@ -44,14 +44,14 @@ def drawn_outlines(
 def drawn_chains(
     file: Path, *, unit_mm: float | None = None, names: Container[str] | None = None
 ) -> list[Chain]:
-    """Return the curves of an SVG or DXF drawing as they are, open or closed, mm, y up.
+    """Return the curves of an SVG or DXF drawing, open or closed, mm, y up.
 
     Parameters
     ----------
     file
         The drawing.
     unit_mm
-        What a unit of the drawing is, mm, if the file does not say so.
+        Unit of the drawing, mm, if the file does not state it.
     names
         The curves wanted, in lower case; the others are not followed. All of them if None.
 
@@ -69,7 +69,7 @@ def drawn_chains(
 
 @contextmanager
 def naming(file: Path) -> Iterator[None]:
-    """Put the name of the drawing before an error of the block that does not say it."""
+    """Prefix errors of the block with the name of the drawing, unless they contain it."""
     try:
         yield
     except DrawingError as error:

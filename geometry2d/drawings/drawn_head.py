@@ -1,16 +1,16 @@
-"""The head of a drawing, and of cuts through surfaces, in place of the measured one.
+"""A head from a drawing, or from cuts through surfaces, in place of the measured one.
 
-Each lip is drawn as three open curves that follow one another: ``upper_bone`` where tissue is tied
-to bone, ``upper_inner`` where it lies free before the teeth, ``upper_skin`` from where the dermis
-ends inside the mouth to where the section is cut off; likewise ``lower_...``. From the end of the
-skin to the end of the bone the section is cut straight. ``upper_tooth`` and ``lower_tooth`` are
-closed; ``ear_mark`` and ``nose_mark`` are circles where the recording has its marks. The head looks
-to the right, its jaw is open as just before contact, and it may lie anywhere on the sheet.
+Each lip is drawn as three connected open curves: ``upper_bone`` where tissue is tied to bone,
+``upper_inner`` where it is free in front of the teeth, and ``upper_skin`` from the end of the
+dermis inside the mouth to the cut of the section; likewise ``lower_...``. A straight cut joins the
+ends of skin and bone. ``upper_tooth`` and ``lower_tooth`` are closed curves; ``ear_mark`` and
+``nose_mark`` are circles at the marks of the recording. The head faces right, its jaw is open as
+just before contact, and it may lie anywhere on the sheet.
 
-Four more open curves may be drawn: ``upper_interface`` and ``lower_interface`` where the dermis
-ends, which is otherwise an offset of the skin, and, for pictures only, ``forehead`` and ``throat``,
-which carry the profile on beyond the skin. The mesh is finest around the edge of each lip: the
-upper lip's lowest point and the lower lip's highest, or circles ``upper_edge_mark`` and
+Four more open curves are optional: ``upper_interface`` and ``lower_interface`` are the inner side
+of the dermis, which is otherwise an offset of the skin; ``forehead`` and ``throat`` continue the
+profile beyond the skin, for pictures only. The mesh is finest around the edge of each lip: the
+upper lip's lowest point and the lower lip's highest one, or circles ``upper_edge_mark`` and
 ``lower_edge_mark``.
 """
 
@@ -25,16 +25,19 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.anatomy.head import HeadSection
-from geometry2d.anatomy.lips import POLYLINE_SPACING_MM, lip_section
+from geometry2d.anatomy.lip_section import lip_section
+from geometry2d.anatomy.lips import POLYLINE_SPACING_MM
 from geometry2d.curves import arc_lengths, at_arc_lengths, left_normals, nearest_arc_length
 from geometry2d.drawings.chains import (
     JOIN_MM,
     Chain,
     DrawingError,
     NamedOutline,
+    centre_of,
     closed_outlines,
     open_curve,
 )
+from geometry2d.drawings.cut_lips import LIP_CURVES
 from geometry2d.drawings.drawing_file import drawn_chains, naming
 from geometry2d.outline import Outline
 from geometry2d.regions import RegionError, Section
@@ -42,29 +45,27 @@ from geometry2d.regions import RegionError, Section
 Array = NDArray[np.float64]
 
 LIPS = ("upper", "lower")
-LIP_CURVES = ("skin", "inner", "bone")
 OPEN = tuple(f"{lip}_{curve}" for lip in LIPS for curve in LIP_CURVES)
 OPTIONAL = ("upper_interface", "lower_interface", "forehead", "throat")
 TEETH = tuple(f"{lip}_tooth" for lip in LIPS)
 MARKS = ("ear_mark", "nose_mark")
 EDGE_MARKS = tuple(f"{lip}_edge_mark" for lip in LIPS)
 JAW_MM = 6.0
-"""How thick the bone behind a drawn lip is drawn: the model only knows its surface."""
+"""Thickness of the bone behind a drawn lip in pictures, mm; the model has its surface only."""
 
 
 @dataclass(frozen=True)
 class HeadDrawing:
-    """What a drawing of a head holds, mm, y up, anywhere on the sheet.
+    """Curves of a drawing of a head, mm, y up, anywhere on the sheet.
 
     Parameters
     ----------
     curves
-        Open polylines (n, 2) by name, in either direction: all of `OPEN`, and those of
-        `OPTIONAL` that were drawn.
+        Open polylines (n, 2) by name, in either direction: all of `OPEN`, and any of `OPTIONAL`.
     teeth
-        Rigid outlines by name, both of `TEETH`.
+        Rigid outlines by name: both of `TEETH`.
     marks
-        (2,) both of `MARKS`, and those of `EDGE_MARKS` that were drawn.
+        Points (2,) by name: both of `MARKS`, and any of `EDGE_MARKS`.
     """
 
     curves: Mapping[str, Array]
@@ -73,13 +74,12 @@ class HeadDrawing:
 
     @classmethod
     def read(cls, file: Path, *, unit_mm: float | None = None) -> HeadDrawing:
-        """Return the drawing in an SVG or DXF file; other curves in it are left alone.
+        """Return the drawing in an SVG or DXF file; other curves in it are ignored.
 
         Raises
         ------
         DrawingError
-            If the file cannot be read, or a curve is missing, in pieces, open or closed where it
-            must not be.
+            If the file cannot be read, or a curve is missing, in parts, or wrongly open or closed.
         """
         names = (*OPEN, *OPTIONAL, *TEETH, *MARKS, *EDGE_MARKS)
         chains: dict[str, list[Chain]] = {name: [] for name in names}
@@ -99,7 +99,7 @@ class HeadDrawing:
             },
             teeth={name: _only_closed(name, chains[name]) for name in TEETH},
             marks={
-                name: _centre(_only_closed(name, chains[name]))
+                name: centre_of(_only_closed(name, chains[name]))
                 for name in (*MARKS, *EDGE_MARKS)
                 if chains[name]
             },
@@ -107,7 +107,7 @@ class HeadDrawing:
 
     @classmethod
     def of(cls, head: HeadSection) -> HeadDrawing:
-        """Return a head as a drawing: to be changed by hand, or to compare with."""
+        """Return a head as a drawing, for editing or comparison."""
         sections = {"upper": head.upper, "lower": head.lower}
         skin_ends = head.upper.curves["skin"][-1], head.lower.curves["skin"][0]
         cut = [int(np.argmin(np.hypot(*(head.profile - end).T))) for end in skin_ends]
@@ -129,24 +129,24 @@ class HeadDrawing:
 
     @property
     def ear(self) -> Array:
-        """(2,) the ear mark, the origin of the head section."""
+        """The ear mark (2,), origin of the head section."""
         return np.asarray(self.marks["ear_mark"], float)
 
     def head(self, *, dermis_mm: float, tie_fade_mm: float) -> HeadSection:
-        """Return the head section, the ear mark at its origin.
+        """Return the head section with the ear mark at its origin.
 
         Parameters
         ----------
         dermis_mm
-            Thickness of the dermis where its inner side is not drawn.
+            Thickness of the dermis where its inner side is not drawn, mm.
         tie_fade_mm
-            Arc length along the bone over which the tie fades in.
+            Arc length along the bone over which the tie fades in, mm.
 
         Raises
         ------
         DrawingError
-            If the curves of a lip do not follow one another, cross, or leave no room for the
-            dermis; if the head looks to the left, or its lips or a lip and its tooth overlap.
+            If the curves of a lip are not connected, cross, or leave no room for the dermis; if the
+            head faces left, or its lips or a lip and its tooth overlap.
         """
         nose = np.asarray(self.marks["nose_mark"], float) - self.ear
         if nose[0] <= 0:
@@ -188,7 +188,7 @@ class HeadDrawing:
         )
 
     def svg(self) -> str:
-        """Return the drawing as SVG, one user unit a millimetre, numbers to 1e-9 mm."""
+        """Return the drawing as SVG, with user units of 1 mm and numbers to 1e-9 mm."""
         paths = {name: _polyline(points) for name, points in self.curves.items()}
         paths |= {name: _arcs(tooth) for name, tooth in self.teeth.items()}
         marks = {name: np.asarray(point, float) for name, point in self.marks.items()}
@@ -235,7 +235,7 @@ class HeadDrawing:
             raise DrawingError(f"{error}; {remedy}") from error
 
     def _edge(self, lip: str, skin: Array) -> float:
-        """Arc length, mm, of the edge of a lip on its skin (n, 2)."""
+        """Return the arc length, mm, of the edge of a lip on its skin (n, 2)."""
         if f"{lip}_edge_mark" in self.marks:
             mark = np.asarray(self.marks[f"{lip}_edge_mark"], float)
             return nearest_arc_length(skin, mark - self.ear)
@@ -251,7 +251,7 @@ class HeadDrawing:
         return curve if first <= last else curve[::-1]
 
     def _in_order(self, lip: str) -> tuple[Array, Array, Array]:
-        """Return skin, inner side and bone of a lip with the tissue on their left, ends shared."""
+        """Return skin, inner side and bone of a lip, connected, with the tissue on their left."""
         names = [f"{lip}_{curve}" for curve in LIP_CURVES]
         skin, inner, bone = (self.curves[name] - self.ear for name in names)
         inner = _from_end_nearest(inner, names[1], skin, names[0])
@@ -259,7 +259,7 @@ class HeadDrawing:
         skin = skin if np.hypot(*(skin[-1] - inner[0])) <= JOIN_MM else skin[::-1]
         inner = np.concatenate([skin[-1:], inner[1:-1], bone[:1]])
         loop = np.concatenate([skin, inner[1:], bone[1:]])
-        # Skin, inner side, bone: so the lower lip runs counter-clockwise, the upper one clockwise.
+        # In this order the lower lip runs counter-clockwise, the upper one clockwise.
         if shapely.LinearRing(loop).is_ccw != (lip == "lower"):
             raise DrawingError(
                 f"the {lip} lip is drawn inside out: of {names[0]}, {names[1]} and {names[2]} the "
@@ -273,83 +273,26 @@ class HeadDrawing:
 def drawn_head(
     file: Path, *, unit_mm: float | None = None, dermis_mm: float, tie_fade_mm: float
 ) -> HeadSection:
-    """Return the head of an SVG or DXF drawing; the head of this module says what it holds.
+    """Return the head of an SVG or DXF drawing with the curves of the module docstring.
 
     Parameters
     ----------
     file
         The drawing.
     unit_mm
-        What a unit of the drawing is, mm, if the file does not say so.
+        Unit of the drawing, mm, if the file does not state it.
     dermis_mm, tie_fade_mm
         As in `HeadDrawing.head`.
 
     Raises
     ------
     DrawingError
-        If the drawing cannot be read, or is not that of a head.
+        If the drawing cannot be read, or shows no head.
     """
     with naming(file):
         return HeadDrawing.read(file, unit_mm=unit_mm).head(
             dermis_mm=dermis_mm, tie_fade_mm=tie_fade_mm
         )
-
-
-def lip_curves(
-    lip: str,
-    loop: Outline,
-    *,
-    skin_end: ArrayLike,
-    dermis_end: ArrayLike,
-    bone_start: ArrayLike,
-    bone_end: ArrayLike,
-) -> dict[str, Array]:
-    """Return the three curves of a lip whose whole outline was cut from a surface.
-
-    Parameters
-    ----------
-    lip
-        "upper" or "lower".
-    loop
-        Outline of the lip's tissue, as `geometry2d.drawings.stl.cut` returns it.
-    skin_end, dermis_end, bone_start, bone_end
-        (2,) points near the outline, mm, in this order along it: where the section is cut off on
-        the skin; where the dermis ends inside the mouth; where bone begins behind the free inner
-        side; where the section is cut off at the bone.
-
-    Returns
-    -------
-    dict
-        Curves "LIP_skin", "LIP_inner" and "LIP_bone" for a `HeadDrawing`.
-
-    Raises
-    ------
-    DrawingError
-        If the points do not follow one another along the outline.
-    """
-    places = [np.asarray(p, float) for p in (skin_end, dermis_end, bone_start, bone_end)]
-    at = loop.project(np.array(places)).arc_length
-    for way in (1, -1):
-        steps = np.mod(way * np.diff(at), loop.length)
-        if np.sum(steps) < loop.length and np.all(steps > 0):
-            starts = at[0] + way * np.concatenate([[0.0], np.cumsum(steps)])
-            return {
-                f"{lip}_{name}": _stretch_of(loop, first, last)
-                for name, first, last in zip(LIP_CURVES, starts[:-1], starts[1:], strict=True)
-            }
-    raise DrawingError(
-        f"the four points of the {lip} lip lie {np.round(at, 2).tolist()} mm along its outline of "
-        f"{loop.length:.2f} mm: give them in the order skin_end, dermis_end, bone_start, bone_end"
-    )
-
-
-def _stretch_of(loop: Outline, first: float, last: float) -> Array:
-    """Points of a polygon between two arc lengths: its corners, and both ends."""
-    low, high = sorted((first, last))
-    joints = np.concatenate([loop.breaks[:-1] + turn * loop.length for turn in (-1, 0, 1)])
-    between = joints[(joints > low + JOIN_MM) & (joints < high - JOIN_MM)]
-    points = loop.point_at(np.concatenate([[low], between, [high]]))[0]
-    return points if first < last else points[::-1]
 
 
 def _only_closed(name: str, chains: Iterable[Chain]) -> Outline:
@@ -361,13 +304,8 @@ def _only_closed(name: str, chains: Iterable[Chain]) -> Outline:
     return outlines[0].outline
 
 
-def _centre(mark: Outline) -> Array:
-    centre = shapely.Polygon(mark.sampled(mark.length / 360)).centroid
-    return np.array([centre.x, centre.y])
-
-
 def _from_end_nearest(curve: Array, name: str, before: Array, before_name: str) -> Array:
-    """Return a curve travelled from the end that meets an end of the one before it."""
+    """Return a curve in the direction that starts at an end of the previous curve."""
     ends = before[[0, -1]]
     gaps = [float(np.min(np.hypot(*(ends - end).T))) for end in (curve[0], curve[-1])]
     if min(gaps) > JOIN_MM:
@@ -412,7 +350,7 @@ def _polyline(points: Array) -> str:
 
 
 def _arcs(outline: Outline) -> str:
-    """Path data of an outline; y points down on the sheet."""
+    """Return the path data of an outline; y points down on the sheet."""
     ends = np.roll(outline.start, -1, axis=0)
     steps = [f"M {outline.start[0, 0]:.9f} {-outline.start[0, 1]:.9f}"]
     for (x, y), bend in zip(ends, outline.curvature, strict=True):

@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from geometry2d.drawings.chains import DrawingError, NamedOutline
+from geometry2d.drawings.chains import DrawingError, NamedOutline, centre_of
 from geometry2d.drawings.drawing_file import drawn_outlines
 from geometry2d.neck import NeckMeasurements, NeckSection, with_carton
 from geometry2d.outline import Outline
@@ -36,11 +36,11 @@ def drawn_neck(
     Parameters
     ----------
     file
-        SVG or DXF with the curves that the head of this module names.
+        SVG or DXF with the curves that the module docstring names.
     unit_mm
-        What a unit of the drawing is, mm, if the file does not say so.
+        Unit of the drawing, mm, if the file does not state it.
     carton
-        Measurements of which only those of the package behind the neck are used, for pictures.
+        Measurements of the package behind the neck, for pictures; its others are not used.
 
     Raises
     ------
@@ -49,12 +49,12 @@ def drawn_neck(
     """
     found = drawn_outlines(file, unit_mm=unit_mm, names=(*WALLS, *MARKS))
     by_name = {name: _only(found, name, file.name) for name in (*WALLS, *MARKS)}
-    upper_mark, lower_mark = (_centre(by_name[name]) for name in MARKS)
+    upper_mark, lower_mark = (centre_of(by_name[name]) for name in MARKS)
     distance = float(np.hypot(*(upper_mark - lower_mark)))
     if distance < 1.0:
         raise DrawingError(
-            f"{file.name}: the marks are {distance:.3g} mm apart, too near to show how the neck "
-            "is turned: move them to where the recording has them"
+            f"{file.name}: the marks are {distance:.3g} mm apart, too near to give the direction "
+            "of the neck: move them to their places in the recording"
         )
     turn = 0.5 * np.pi - float(np.arctan2(*(upper_mark - lower_mark)[::-1]))
     shift = -rotated(lower_mark[None], turn)[0]
@@ -81,18 +81,13 @@ def _only(found: list[NamedOutline], name: str, file: str) -> Outline:
     return outlines[0]
 
 
-def _centre(mark: Outline) -> Array:
-    centre = shapely.Polygon(mark.sampled(mark.length / 360)).centroid
-    return np.array([centre.x, centre.y])
-
-
 def _refuse_misplaced(upper: Outline, lower: Outline, file: str) -> None:
     above, below = (shapely.Polygon(wall.sampled(CONTOUR_STEP_MM)) for wall in (upper, lower))
     if above.intersects(below):
         raise DrawingError(f"{file}: upper_wall and lower_wall overlap: draw them apart")
     if above.centroid.y < below.centroid.y:
         raise DrawingError(
-            f"{file}: seen with lower_mark below upper_mark, upper_wall lies below lower_wall: "
+            f"{file}: with lower_mark below upper_mark, upper_wall lies below lower_wall: "
             "exchange the names of the walls or those of the marks"
         )
 
@@ -110,7 +105,7 @@ def _silhouette(upper: Outline, lower: Outline, carton: NeckMeasurements) -> Arr
 
 
 def _outermost(points: Array, side: float) -> Array:
-    """Return the points of a wall farthest out in each step along the axis."""
+    """Return the outermost point (n, 2), mm, of a wall in each step along the axis."""
     column = np.floor(points[:, 0] / (2 * CONTOUR_STEP_MM)).astype(int)
     order = np.lexsort((-side * points[:, 1], column))
     first = np.unique(column[order], return_index=True)[1]

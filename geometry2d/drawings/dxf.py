@@ -1,7 +1,7 @@
 """Closed curves from DXF drawings, in mm, one name per layer.
 
-Lines, arcs, circles and polylines with bulges come out as they are; ellipses and splines as arcs
-fitted to them. The format itself is read by ezdxf, which the extra ``files`` brings.
+Lines, arcs, circles and polylines with bulges are exact; ellipses and splines are approximated by
+arcs. The library ezdxf reads the format; the extra ``files`` installs it.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 MM_PER_INSUNIT = {1: 25.4, 2: 304.8, 4: 1.0, 5: 10.0, 6: 1000.0, 13: 1e-3, 14: 100.0}
-"""Values of the header variable $INSUNITS that a drawing of a package may have."""
+"""Accepted values of the header variable $INSUNITS, in mm."""
 
 ANNOTATION = frozenset(
     ["TEXT", "MTEXT", "POINT", "HATCH", "ATTDEF", "ATTRIB", "VIEWPORT", "WIPEOUT", "IMAGE"]
 )
-"""Entities that say something about a drawing and are no part of its outlines."""
+"""Entities that annotate a drawing and are no part of its outlines."""
 
 
 MOST_BYTES = 100_000_000
@@ -57,14 +57,14 @@ def read_dxf(
     file
         ASCII or binary DXF.
     unit_mm
-        What a drawing unit is, mm, if the file is unitless.
+        Unit of the drawing, mm, if the file is unitless.
     names
         The layers wanted, in lower case; the others are not followed. All of them if None.
 
     Raises
     ------
     DrawingError
-        If the file cannot be read, has no unit, or holds something that cannot be followed.
+        If the file cannot be read, has no unit, or holds an entity that cannot be converted.
     """
     try:
         import ezdxf
@@ -73,7 +73,7 @@ def read_dxf(
             f"reading {file.name} needs ezdxf: pip install 'drinksim[files]'"
         ) from error
     bytes_of(file, what="drawing", error=DrawingError, most_bytes=MOST_BYTES)
-    # What is wrong is said by our own errors; the library's log would say it a second time.
+    # Our errors report all problems; the library's log would repeat them.
     log = logging.getLogger("ezdxf")
     level = log.level
     log.setLevel(logging.CRITICAL + 1)
@@ -83,7 +83,7 @@ def read_dxf(
     except DrawingError:
         raise
     except Exception as error:
-        # A damaged file fails anywhere inside the reader, with whatever Python says there.
+        # A damaged file may raise any exception inside the reader.
         structure = isinstance(error, ezdxf.DXFStructureError)  # type: ignore[attr-defined]
         reason = f" ({short(str(error), LONGEST_REASON)})" if structure else ""
         raise DrawingError(
@@ -263,7 +263,7 @@ def _flat(points: Any, where: str) -> Array:
 
 
 def _seen_from_above(chain: Chain, entity: Any, where: str) -> Chain:
-    """Mirrored entities are stored as seen from below (their extrusion points to −z)."""
+    """Return the chain seen from above; mirrored entities are stored with an extrusion along −z."""
     return chain if _seen_from(entity, where) > 0 else chain.mapped([[-1, 0, 0], [0, 1, 0]])
 
 

@@ -1,8 +1,8 @@
-"""Surfaces from STL files, and what a plane cuts out of them.
+"""Surfaces from STL files and their cuts with a plane.
 
-The thesis drew its head on a cut through the STL surfaces of a head model (section 4.1.1); this is
-that cut. A cut is only defined through a surface without holes, so a surface that is not
-watertight is an error, with the place, and never closed silently.
+The thesis draws its head on a cut through the STL surfaces of a head model (section 4.1.1). A cut
+is defined only for a surface without holes: a surface that is not watertight is an error that names
+the place. It is never closed silently.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ Indices = NDArray[np.int64]
 HEADER_BYTES = 84
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 SAME_MM = 1e-7
-"""Points of a cut nearer than this are one: the plane goes through a corner of the surface."""
+"""Points of a cut nearer than this are one, mm: the plane passes a corner of the surface."""
 
 
 @dataclass(frozen=True)
 class CutPlane:
-    """A plane in space, with the axes that a cut is drawn in.
+    """A plane in space, with the axes of the cut.
 
     Parameters
     ----------
     point
-        (3,) a point of the plane, mm: the origin of the drawing.
+        (3,) a point of the plane, mm: the origin of the cut.
     right, up
-        (3,) directions in the plane that become x and y; they stand at right angles. The normal,
-        right × up, points to whoever looks at the drawing.
+        (3,) directions in the plane that become x and y, at right angles. The normal, right × up,
+        points to the viewer.
     """
 
     point: tuple[float, float, float]
@@ -55,7 +55,7 @@ class CutPlane:
 
     @property
     def axes(self) -> Array:
-        """(3, 3) unit vectors to the right, up and towards the viewer."""
+        """Unit vectors (3, 3) to the right, up and towards the viewer."""
         right, up = (np.asarray(v, float) / np.linalg.norm(v) for v in (self.right, self.up))
         return np.array([right, up, np.cross(right, up)])
 
@@ -67,16 +67,17 @@ class Surface3D:
     Parameters
     ----------
     name
-        For messages.
+        Name, for messages.
     corners
-        (n, 3) mm.
+        (n, 3) corners, mm.
     triangles
         (m, 3) indices of corners, counter-clockwise seen from outside.
 
     Raises
     ------
     DrawingError
-        If an edge does not belong to two triangles in opposite directions, or inside is out.
+        If an edge does not belong to two triangles in opposite directions, or normals point
+        inwards.
     """
 
     name: str
@@ -98,7 +99,7 @@ class Surface3D:
             raise DrawingError(
                 f"{self.name} is not watertight: {len(single)} of its edges have no neighbour and "
                 f"{len(doubled)} have too many, the first at {np.round(place, 4).tolist()} mm; "
-                "export it as a closed solid, or mend it in the program it comes from"
+                "export it as a closed solid, or repair it in the program it comes from"
             )
         if self.volume <= 0:
             raise DrawingError(f"{self.name} is inside out: flip its normals")
@@ -107,7 +108,7 @@ class Surface3D:
     def of_triangles(cls, name: str, points: ArrayLike) -> Surface3D:
         """Return the surface of triangles (m, 3, 3), mm, that share exactly equal corners.
 
-        Triangles two of whose corners are one point are no part of the surface.
+        Triangles with two equal corners are ignored.
         """
         p = np.asarray(points, float).reshape(-1, 3)
         corners, index = np.unique(p, axis=0, return_inverse=True)
@@ -130,7 +131,7 @@ class CutLoop(NamedTuple):
     outline
         Counter-clockwise polygon in the coordinates of the plane, mm.
     hole
-        Whether the solid lies outside of it.
+        Whether the solid is outside the curve.
     """
 
     outline: Outline
@@ -145,7 +146,7 @@ def read_stl(file: Path, *, unit_mm: float | None) -> Surface3D:
     file
         The surface; STL has no unit.
     unit_mm
-        What a unit of the file is, mm; it must be said.
+        Unit of the file, mm; it is required.
 
     Raises
     ------
@@ -159,7 +160,7 @@ def read_stl(file: Path, *, unit_mm: float | None) -> Surface3D:
     count = int.from_bytes(content[HEADER_BYTES - 4 : HEADER_BYTES], "little")
     expected = HEADER_BYTES + count * TRIANGLE.itemsize
     if len(content) >= HEADER_BYTES and len(content) == expected:
-        with np.errstate(invalid="ignore"):  # what is not a number is refused below
+        with np.errstate(invalid="ignore"):  # values that are no numbers are an error below
             points = np.frombuffer(content, TRIANGLE, offset=HEADER_BYTES)["corners"].astype(float)
     elif content.lstrip()[:5].lower() == b"solid":
         points = _ascii_triangles(content, file.name)
@@ -177,9 +178,9 @@ def read_stl(file: Path, *, unit_mm: float | None) -> Surface3D:
 
 
 def cut(surface: Surface3D, plane: CutPlane) -> list[CutLoop]:
-    """Return the closed curves in which a plane cuts a surface, largest first.
+    """Return the closed curves of the cut of a surface with a plane, largest first.
 
-    Corners that lie on the plane count as lying on the viewer's side of it.
+    Corners on the plane count as on the viewer's side of it.
 
     Raises
     ------
@@ -199,8 +200,8 @@ def cut(surface: Surface3D, plane: CutPlane) -> list[CutLoop]:
     following = np.roll(crossed, -1, axis=1)
     downwards = above[crossed] & ~above[following]
     upwards = ~above[crossed] & above[following]
-    # Seen from the viewer's side the solid lies left of the way from the edge that goes down to
-    # the one that goes up, and the way goes on in the triangle where that edge goes down.
+    # For the viewer, the solid is on the left of the segment from the edge that goes down to the
+    # edge that goes up. The next segment is in the triangle where the latter edge goes down.
     entry = np.column_stack([crossed[downwards], following[downwards]])
     leave = np.column_stack([following[upwards], crossed[upwards]])
     number = {(int(a), int(b)): k for k, (a, b) in enumerate(entry)}
@@ -231,7 +232,7 @@ def _cycles(after: list[int]) -> list[list[int]]:
 
 
 def _loop(points: Array, name: str) -> CutLoop | None:
-    """Return a loop, or None where the plane touches a corner or an edge and cuts nothing off."""
+    """Return a loop, or None if the plane only touches a corner or an edge."""
     step = np.roll(points, -1, axis=0) - points
     kept = points[np.hypot(step[:, 0], step[:, 1]) > SAME_MM]
     if len(kept) < 3:
@@ -250,8 +251,8 @@ def _refuse_crossing(loops: list[CutLoop], name: str) -> None:
             where = shapely.intersection(rings[i], rings[j]).representative_point()
             raise DrawingError(
                 f"two of the {len(rings)} curves in the cut through {name} meet at "
-                f"({where.x:.4g}, {where.y:.4g}) mm: the surface goes through itself, "
-                "or the plane through an edge; mend it or move the plane a little"
+                f"({where.x:.4g}, {where.y:.4g}) mm: the surface intersects itself, or the plane "
+                "passes an edge; repair the surface or move the plane a little"
             )
 
 

@@ -1,1 +1,1 @@
-"""What every package stands on: the base of all errors, progress, results that appear whole."""
+"""Foundation of all packages: base error, progress, atomic output, settings, text and tables."""

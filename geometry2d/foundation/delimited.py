@@ -1,9 +1,8 @@
 """Tables in delimited text: CSV as this program, spreadsheets and other programs write it.
 
-Cells are separated by commas, semicolons or tabs, told by the header or by a first line ``sep=;``
-as Excel writes it. Where commas do not separate cells they may be decimal: ``1,5`` is then one and
-a half, in the whole table. Blank rows are passed over. A file whose last row was cut off is
-refused.
+Commas, semicolons or tabs separate the cells; the header decides, or a first line ``sep=;`` as
+Excel writes it. If commas do not separate cells, they may be decimal: ``1,5`` is then one and a
+half in the whole table. Blank rows are ignored. A file whose last row is cut off is an error.
 """
 
 from __future__ import annotations
@@ -26,17 +25,17 @@ Array = NDArray[np.float64]
 
 SEPARATORS = ",;\t"
 STATED = re.compile(r'"?sep=([,;\t|])"?', re.IGNORECASE)
-"""Excel's first line, which states the separator and is no row."""
+"""Excel's first line, which states the separator."""
 
 LARGEST = 1e12
-"""No number of a table is larger, whatever its unit."""
+"""Largest absolute value of a number, in any unit."""
 
 STARTS_FORMULA = ("=", "+", "-", "@")
-"""A cell that begins so is computed by spreadsheets instead of shown."""
+"""First characters of cells that spreadsheets evaluate."""
 
 
 class TableRow(NamedTuple):
-    """The cells of a row, without space around them, and the line on which it ends."""
+    """The cells of a row, stripped of white space, and the number of its last line."""
 
     line: int
     cells: list[str]
@@ -44,17 +43,17 @@ class TableRow(NamedTuple):
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of a table, its header among them, and what separates their cells."""
+    """The rows of a table, with its header, and the separator of its cells."""
 
     file: Path
     rows: list[TableRow]
     separator: str
     complete: bool
-    """Whether the last line ends as lines do."""
+    """Whether the last line has a line end."""
 
 
 def rows_of(file: Path, text: str, *, error: type[DrinksimError], separator: str = "") -> Rows:
-    """Return the rows of a text that have a cell which is not blank.
+    """Return the rows of a text that are not blank.
 
     Parameters
     ----------
@@ -65,7 +64,7 @@ def rows_of(file: Path, text: str, *, error: type[DrinksimError], separator: str
     error
         What to raise.
     separator
-        What separates cells; told by the first row if empty.
+        Separator of the cells; if empty, the first row decides.
 
     Raises
     ------
@@ -94,7 +93,7 @@ def rows_of(file: Path, text: str, *, error: type[DrinksimError], separator: str
 
 
 def header_line(text: str) -> str:
-    """Return the first line of a table's text that is not blank and states no separator."""
+    """Return the first line of a table that is not blank and states no separator."""
     return _stated_separator(text)[1].partition("\n")[0]
 
 
@@ -119,7 +118,7 @@ class NamedTable:
     rows
         The rows below, each as wide as the header.
     separator
-        What separates their cells.
+        Separator of their cells.
     error
         What to raise.
     """
@@ -172,7 +171,7 @@ class NamedTable:
 
 
 def decimal_number(cell: str, separator: str, decimals: set[str]) -> float | None:
-    """Return the number in a cell, None if it is none, and note which decimal mark it has."""
+    """Return the number in a cell, None if it is none; add its decimal mark to ``decimals``."""
     if "," in cell:
         if separator == "," or cell.count(",") > 1 or "." in cell:
             return None
@@ -202,8 +201,8 @@ def read_named_table(
     Raises
     ------
     DrinksimError
-        An ``error`` if the file cannot be read, a column is missing or there twice, a row is wider
-        or narrower than the header, or the last row was cut off.
+        An ``error`` if the file cannot be read, a column is missing or doubled, a row is wider or
+        narrower than the header, or the last row is cut off.
     """
     return named_table(file, text_of(file, what=what, error=error), columns, what=what, error=error)
 
@@ -235,21 +234,21 @@ def named_table(
 def refuse_cut(
     file: Path, rows: Sequence[TableRow], width: int, *, complete: bool, error: type[DrinksimError]
 ) -> None:
-    """Refuse rows whose last line does not end, if they show that something is missing there.
+    """Raise an error if the last row is cut off.
 
-    That is so if the last row has fewer cells than there are columns, or if its last number has
-    fewer decimals than that of every other row.
+    It is if it has no line end and either has fewer cells than there are columns, or its last
+    number has fewer decimals than that of every other row.
 
     Parameters
     ----------
     file
         For the message.
     rows
-        Those below the header.
+        The rows below the header.
     width
-        How many columns there are.
+        Number of columns.
     complete
-        Whether the last line ends as lines do: nothing is refused then.
+        Whether the last line has a line end; the last row is then complete.
     error
         What to raise.
     """
@@ -267,7 +266,7 @@ def refuse_cut(
 
 
 def _decimals(cell: str) -> int:
-    """Return how many digits follow the decimal mark; 0 if there is none."""
+    """Return the number of digits after the decimal mark; 0 if there is none."""
     mark = max(cell.rfind("."), cell.rfind(","))
     return len(cell) - 1 - mark if mark >= 0 else 0
 
@@ -275,7 +274,7 @@ def _decimals(cell: str) -> int:
 def refuse_other_width(
     found: Rows, rows: Sequence[TableRow], width: int, error: type[DrinksimError]
 ) -> None:
-    """Refuse a row of a table that has more or fewer cells than ``width``."""
+    """Raise an error if a row of a table has more or fewer cells than ``width``."""
     for row in rows:
         if len(row.cells) != width:
             cells = f"{len(row.cells)} cell{'s' if len(row.cells) > 1 else ''}"
@@ -289,9 +288,9 @@ def refuse_other_width(
 
 
 def safe_cell(text: str) -> str:
-    """Return a text as it is written into a cell: never one that a spreadsheet computes.
+    """Return a text for a cell that no spreadsheet evaluates.
 
-    An apostrophe in front makes it a text there; :func:`plain_cell` takes it away again.
+    An apostrophe in front marks it as text; :func:`plain_cell` removes it.
 
     >>> safe_cell("=1+1"), safe_cell("ear"), plain_cell(safe_cell("'=1"))
     ("'=1+1", 'ear', "'=1")
@@ -300,6 +299,6 @@ def safe_cell(text: str) -> str:
 
 
 def plain_cell(cell: str) -> str:
-    """Return the text that a cell holds, written by :func:`safe_cell` or by another program."""
+    """Return the text of a cell written by :func:`safe_cell` or by another program."""
     guarded = cell.startswith("'") and cell.lstrip("'")[:1] in STARTS_FORMULA
     return cell[1:] if guarded else cell

@@ -1,5 +1,5 @@
-"""The base of every error that tells a user what to mend."""
+"""The base of all errors about a user's input."""
 
 
 class DrinksimError(ValueError):
-    """An input or a setting that cannot be used; its text names culprit, value and remedy."""
+    """An input or a setting that cannot be used; the message names culprit, value and remedy."""

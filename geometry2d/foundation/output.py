@@ -1,14 +1,15 @@
-"""Results appear on disk whole or not at all, and nothing that is not ours is ever removed.
+"""Atomic output: results appear on disk complete or not at all; other files are never removed.
 
-A result directory is filled beside the place where it is to appear, under a name that ends in
-``.partial``, and renamed when it is complete. Every directory made here holds the file `MARK`; only
-marked directories are replaced or removed. The process that fills a directory holds a lock on its
-mark, which the operating system releases when the process ends, however it ends. Data are written
-to the disk before a name changes, so that a name never stands for data that a crash can take away.
+A result directory is filled beside its final place, under a name that ends in ``.partial``, and
+renamed when it is complete. Every directory made here holds the file `MARK`; only marked
+directories are replaced or removed. The process that fills a directory holds a lock on its mark,
+which the operating system releases when the process ends for any reason. Data are flushed to the
+disk before a name changes: a name never stands for data that a crash can destroy.
 
-The next claim of a place repairs what a killed process left there. An incomplete draft is kept, to
-be resumed or discarded. A draft whose predecessor was already moved aside was complete, and it is
-moved into place. Drafts of single files carry the number of their process and go when it is dead.
+The next claim of a place repairs the remains of a killed process. An incomplete draft is kept, to
+be resumed or discarded. If the earlier result was already moved aside, the draft was complete, and
+it is moved into place. Drafts of single files carry their process number and are removed when that
+process has ended.
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ MARK = ".drinksim"
 """Every directory made here holds this file; its lock is held while the directory is filled."""
 
 RESULT_MARK = "summary.json"
-"""What a result says of itself."""
+"""The summary of a result."""
 
 
 class OutputError(DrinksimError):
-    """The place for a result cannot be used."""
+    """A place for a result that cannot be used."""
 
 
 class OutputBusyError(OutputError):
@@ -43,18 +44,18 @@ class OutputBusyError(OutputError):
 
 
 def place_of(out: Path) -> Path:
-    """Return the directory that ``out`` stands for: what it links to, if it is a link."""
+    """Return the directory of ``out``; if ``out`` is a link, its target."""
     return out.resolve() if out.is_symlink() else out
 
 
 def partial_directory(out: Path) -> Path:
-    """Return the name under which the directory ``out`` is filled until it is complete."""
+    """Return the name of the draft directory of ``out``."""
     place = place_of(out)
     return place.with_name(place.name + PARTIAL)
 
 
 def check_replaceable(out: Path) -> None:
-    """Refuse, with an :class:`OutputError`, a directory that cannot be written or is not ours."""
+    """Raise :class:`OutputError` if a directory cannot be written or was not made here."""
     place = place_of(out)
     if not place.name:
         raise OutputError(f"--out {str(out)!r} names no directory of its own: give a new name")
@@ -72,7 +73,7 @@ def check_replaceable(out: Path) -> None:
 
 
 def check_writable(out: Path) -> None:
-    """Refuse, with an :class:`OutputError`, a place that could not be written to."""
+    """Raise :class:`OutputError` if a place cannot be written to."""
     there = next(place for place in out.absolute().parents if place.exists())
     if not there.is_dir():
         raise OutputError(f"--out {out} cannot be written: {there} is a file; choose another place")
@@ -82,9 +83,9 @@ def check_writable(out: Path) -> None:
 
 @contextmanager
 def claimed(out: Path) -> Iterator[Path]:
-    """Yield the draft directory of ``out``, made if it is missing, for this process alone.
+    """Yield the draft directory of ``out``, locked for this process; it is made if it is missing.
 
-    What a killed process left behind is repaired first; an incomplete draft is yielded as it is.
+    The remains of a killed process are repaired first; an incomplete draft is yielded unchanged.
 
     Raises
     ------
@@ -104,7 +105,7 @@ def claimed(out: Path) -> Iterator[Path]:
             raise OutputBusyError(
                 f"another process is writing {out}: wait until it has ended, or give another --out"
             ) from None
-        # A process that finished between the two lines above has taken its draft away.
+        # A process that finished between the two lines above has moved its draft.
         if (partial / MARK).exists():
             break
         lock.release()
@@ -118,7 +119,7 @@ def claimed(out: Path) -> Iterator[Path]:
 
 
 def put_in_place(partial: Path, out: Path) -> None:
-    """Move a complete directory to ``out``; an earlier result gives way at the last moment."""
+    """Move a complete directory to ``out``; an earlier result is replaced at the last moment."""
     check_replaceable(out)
     place = place_of(out)
     (partial / MARK).touch()
@@ -138,16 +139,16 @@ def put_in_place(partial: Path, out: Path) -> None:
 
 
 def remove_directory(folder: Path) -> None:
-    """Remove a directory that was made here; one that was not is left alone, silently."""
+    """Remove a directory that was made here; others are not changed."""
     if _is_ours(folder):
-        # The mark goes last: what a killed removal leaves is still known to be ours.
+        # The mark is removed last: after an interrupted removal the directory is still marked.
         empty_directory(folder)
         (folder / MARK).unlink(missing_ok=True)
         folder.rmdir()
 
 
 def empty_directory(folder: Path) -> None:
-    """Remove all that a directory holds but its mark."""
+    """Remove everything in a directory except its mark."""
     for inside in folder.iterdir():
         if inside.is_dir() and not inside.is_symlink():
             shutil.rmtree(inside)
@@ -157,7 +158,7 @@ def empty_directory(folder: Path) -> None:
 
 @contextmanager
 def directory_at_once(out: Path) -> Iterator[Path]:
-    """Yield a new directory to fill; it becomes ``out`` if the block succeeds and else disappears.
+    """Yield a new directory; it becomes ``out`` if the block succeeds, otherwise it is removed.
 
     Raises :class:`OutputError`, before the block is entered, if ``out`` may not be replaced.
     """
@@ -172,7 +173,7 @@ def directory_at_once(out: Path) -> Iterator[Path]:
 
 @contextmanager
 def file_at_once(out: Path) -> Iterator[Path]:
-    """Yield the name of a file to write (same ending); it becomes ``out`` if the block succeeds.
+    """Yield the name of a draft file (same ending); it becomes ``out`` if the block succeeds.
 
     A link is followed: the file that it names is replaced, not the link.
     """
@@ -201,7 +202,7 @@ def _is_ours(folder: Path) -> bool:
 
 
 def _repaired(partial: Path, place: Path) -> bool:
-    """Bring names in order after a killed process; return whether the draft was put in place."""
+    """Restore the names after a killed process; return whether the draft was put in place."""
     outdated = _outdated_directory(place)
     complete = outdated.is_dir() and any(inside.name != MARK for inside in partial.iterdir())
     if outdated.is_dir() and not place.exists():
@@ -219,7 +220,7 @@ def _remove_dead_drafts(place: Path) -> None:
 
 
 def _is_alive(process: int) -> bool:
-    """Whether a process runs; where only asking would end it, yes."""
+    """Whether a process runs; True on systems where asking would end it."""
     if os.name != "posix":
         return True
     try:
@@ -238,13 +239,13 @@ def _sync(there: Path) -> None:
             _sync(inside)
         _sync_names(there)
     elif not there.is_symlink():
-        # A descriptor that may write: some systems refuse to sync one that may only read.
+        # Some systems do not sync a descriptor that is only readable.
         with there.open("rb+") as stream:
             os.fsync(stream.fileno())
 
 
 def _sync_names(folder: Path) -> None:
-    """Write the names in a directory to the disk, where the system can."""
+    """Flush the names in a directory to the disk, where the system supports it."""
     if os.name == "posix":
         descriptor = os.open(folder, os.O_RDONLY)
         try:

@@ -1,4 +1,4 @@
-"""One line that says how far a computation is: where somebody looks, and nowhere else."""
+"""Progress of long computations, as one line on a terminal or in a notebook."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 Progress = Callable[[float, str], None]
-"""Called with the share that is done (0…1) and what is being done."""
+"""A function of the share that is done (0…1) and of what is being done."""
 
 ProgressOption = bool | Progress | None
-"""What callers of a long function choose: a line where they look, their own function, or nothing.
-"""
+"""Option of a long function: True for the line, a function, or None or False for nothing."""
 
 BAR_WIDTH = 24
 SECONDS_BETWEEN_UPDATES = 0.1
@@ -21,7 +20,7 @@ SECONDS_BETWEEN_UPDATES = 0.1
 
 @contextmanager
 def chosen_progress(option: ProgressOption, title: str) -> Iterator[Progress]:
-    """Yield the function that an option stands for; ``title`` starts its line.
+    """Yield the progress function of an option; ``title`` is the start of its line.
 
     >>> with chosen_progress(lambda share, text: print(f"{share:.0%} {text}"), "run") as show:
     ...     show(0.5, "half of it")
@@ -37,7 +36,7 @@ def chosen_progress(option: ProgressOption, title: str) -> Iterator[Progress]:
 
 
 def part_of(progress: Progress, start: float, end: float) -> Progress:
-    """Return the progress of a part of the work, which lasts from one share of it to another.
+    """Return the progress of a part of the work between two shares of the whole.
 
     >>> part_of(lambda share, text: print(f"{share:.0%} {text}"), 0.5, 1.0)(0.5, "half of half")
     75% half of half
@@ -47,10 +46,7 @@ def part_of(progress: Progress, start: float, end: float) -> Progress:
 
 @contextmanager
 def progress_line(title: str) -> Iterator[Progress]:
-    """Yield a function that shows progress on stderr; silent unless a person reads that.
-
-    A person reads a terminal or a notebook.
-    """
+    """Yield a function that shows progress on stderr if that is a terminal or a notebook."""
     if not (sys.stderr.isatty() or "ipykernel" in sys.modules):
         yield lambda share, text: None
         return

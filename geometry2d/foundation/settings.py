@@ -1,7 +1,7 @@
-"""Fields of frozen dataclasses that carry their unit, range, meaning and source.
+"""Fields of frozen dataclasses with unit, range, meaning and source.
 
-A dataclass whose fields are made by :func:`setting` is the one place that holds these numbers.
-Scenario files, command-line options, their help and the reference tables are derived from it.
+A dataclass whose fields are made by :func:`setting` is the only source of its defaults. Scenario
+files, command-line options, their help and the reference tables are derived from it.
 """
 
 from __future__ import annotations
@@ -31,17 +31,16 @@ def setting(
     Parameters
     ----------
     description, unit, source
-        What it is, in which unit, and who says so.
+        Meaning, unit and source of the value.
     default
-        Its value where nothing else is said; the field is required without it.
+        Default value; without it the field is required.
     minimum, maximum, above
         Bounds of the number, or of each number in a tuple. ``above`` is excluded, the others are
         allowed.
     spread
-        Standard deviation among people, where a source has one.
+        Standard deviation among people, if a source states it.
     more
-        What only one kind of reader needs, such as the roles that
-        :mod:`scenarios.settings.tables` knows.
+        Metadata for particular readers, such as the roles of :mod:`scenarios.settings.tables`.
     """
     metadata = {
         "description": description,
@@ -56,6 +55,20 @@ def setting(
     return dataclasses.field(default=default, metadata=metadata)
 
 
+def measured(
+    default: float | None,
+    unit: str,
+    source: str,
+    description: str,
+    spread: float | None = None,
+    **bounds: float,
+) -> Any:
+    """Return the field of a measurement; arguments as for :func:`setting`."""
+    return setting(
+        default=default, unit=unit, source=source, description=description, spread=spread, **bounds
+    )
+
+
 def in_unit(number: float, metadata: Mapping[str, Any]) -> str:
     """Return a number with the unit of its field.
 
@@ -67,7 +80,7 @@ def in_unit(number: float, metadata: Mapping[str, Any]) -> str:
 
 
 def range_error(number: float, metadata: Mapping[str, Any]) -> str | None:
-    """Return what is wrong with a number, to be put behind it; None if it is in its range.
+    """Return the end of a message about a number out of its range; None if it is in its range.
 
     >>> range_error(-1.0, {"minimum": 0.0, "unit": "mm"})
     'is too small: at least 0 mm'

@@ -1,7 +1,7 @@
-"""Text of files, read within bounds and in an encoding that is named; numbers as files write them.
+"""Reading of text files within bounds and in a known encoding, and of the numbers in them.
 
-Whatever reads a user's file reads it here, so that a file that is missing, too large, no text, or
-in another encoding is refused in the same words everywhere.
+All readers of users' files use this module: a file that is missing, too large, no text, or in
+another encoding gives the same message everywhere.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from pathlib import Path
 from geometry2d.foundation.errors import DrinksimError
 
 MOST_BYTES = 500_000_000
-"""A larger file is no table, drawing or list of settings."""
+"""Largest size of a table, drawing or list of settings."""
 
 LONGEST_NUMBER = 100
-"""Characters of a number; a double is written exactly in fewer."""
+"""Largest number of characters of a number; any double has fewer."""
 
 SHOWN = 40
-"""Characters of a file's own text that a message repeats."""
+"""Largest number of characters of a file's text in a message."""
 
 NUMBER = re.compile(r"[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?+")
-"""A decimal number in ASCII; possessive, so that no text makes the search go back."""
+"""A decimal number in ASCII; possessive quantifiers exclude backtracking."""
 
 OTHER_ENCODINGS = (
     (codecs.BOM_UTF32_LE, "UTF-32"),
@@ -31,10 +31,10 @@ OTHER_ENCODINGS = (
     (codecs.BOM_UTF16_LE, "UTF-16"),
     (codecs.BOM_UTF16_BE, "UTF-16"),
 )
-"""Byte order marks, the longer ones first: UTF-32 begins like UTF-16."""
+"""Byte order marks, longer ones first: UTF-32 starts like UTF-16."""
 
 WINDOWS = "cp1252"
-"""What programs on Windows in Western Europe write where they do not write UTF-8."""
+"""Encoding of programs on Windows in Western Europe that do not write UTF-8."""
 
 
 def bytes_of(
@@ -51,7 +51,7 @@ def bytes_of(
     error
         What to raise.
     most_bytes
-        Size from which on the file is refused unread.
+        Largest size; a larger file is not read.
 
     Raises
     ------
@@ -78,21 +78,20 @@ def text_of(
     also: str = "",
     most_bytes: int = MOST_BYTES,
 ) -> str:
-    """Return the text of a file in UTF-8, its lines ending in a line feed.
+    """Return the text of a file in UTF-8, with line feeds as line ends.
 
     Parameters
     ----------
     file, what, error, most_bytes
         As for :func:`bytes_of`.
     also
-        A second encoding (:data:`WINDOWS`), where programs that write this kind of file are known
-        to use it.
+        A second encoding (:data:`WINDOWS`) that programs use for this kind of file.
 
     Raises
     ------
     DrinksimError
-        An ``error`` if the file cannot be read, is in another encoding, which is named, or is no
-        text.
+        An ``error`` if the file cannot be read, is no text, or is in another encoding, which the
+        message names.
     """
     data = bytes_of(file, what=what, error=error, most_bytes=most_bytes)
     for mark, name in OTHER_ENCODINGS:
@@ -112,7 +111,7 @@ def text_of(
 def _in_another_encoding(
     file: Path, data: bytes, at: int, what: str, error: type[DrinksimError], also: str
 ) -> str:
-    """Return the text in the encoding that is allowed beside UTF-8, or refuse it by its name."""
+    """Return the text in the second encoding, or raise an error that names its encoding."""
     if also:
         return data.decode(also, errors="replace")
     line = data.count(b"\n", 0, at) + 1
@@ -127,9 +126,9 @@ def _in_another_encoding(
 
 
 def number(text: str) -> float | None:
-    """Return the finite decimal number that a text is, None if it is none.
+    """Return the finite decimal number in a text, None if there is none.
 
-    Digits are those of ASCII; what only Python takes for a number is none.
+    Only ASCII digits count, without Python's extensions.
 
     >>> number("-.5e1"), number("1_000"), number("nan"), number("1e999"), number("٣")
     (-5.0, None, None, None, None)
@@ -150,7 +149,7 @@ def short(text: str, most: int = SHOWN) -> str:
 
 
 def quoted(text: str, most: int = SHOWN) -> str:
-    r"""Return a file's own text as messages show it: in quotes, on one line, shortened.
+    r"""Return a file's text for a message: in quotes, on one line, shortened.
 
     >>> quoted("a\tb"), quoted("x" * 99, most=5)
     ("'a\\tb'", "'xxxxx…'")

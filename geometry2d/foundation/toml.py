@@ -1,4 +1,4 @@
-"""TOML within bounds: what is nested, long or large beyond use is refused and never overflows."""
+"""Reading of TOML within bounds of size, nesting and number length."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from geometry2d.foundation.text import SHOWN, short, text_of
 
 MOST_BYTES = 1_000_000
 DEEPEST = 32
-"""Tables and lists within one another, and parts of a dotted key."""
+"""Largest depth of nested tables and lists, and largest number of parts of a dotted key."""
 
 LARGEST_INTEGER = 2**63
-"""TOML's whole numbers have 64 bits."""
+"""Bound of TOML's integers, which have 64 bits."""
 
 TOKEN = re.compile(
     r"""\"{3}(?:[^"\\]|\\.|"(?!""))*+(?:"{3})?+|'{3}(?:[^']|'(?!''))*+(?:'{3})?+|\#[^\n]*+"""
@@ -26,7 +26,7 @@ TOKEN = re.compile(
 )
 """A long string, a comment, a part of a key or a value, a dot, space, or any other character.
 
-Every text is a sequence of these, without going back: the time is proportional to its length.
+Every text is a sequence of these, without backtracking: the time is proportional to its length.
 """
 
 
@@ -52,7 +52,7 @@ def read_toml(file: Path, *, what: str, error: type[DrinksimError]) -> dict[str,
 
 
 def parsed_toml(text: str, *, where: str, error: type[DrinksimError]) -> dict[str, Any]:
-    """Return the tables of a TOML text; ``where`` begins every message."""
+    """Return the tables of a TOML text; ``where`` is the start of every message."""
     if _longest_key(text) > DEEPEST:
         raise error(f"{where}: a key has more than {DEEPEST} parts; write fewer dots")
     try:
@@ -72,7 +72,7 @@ def parsed_toml(text: str, *, where: str, error: type[DrinksimError]) -> dict[st
 
 
 def shown(value: object) -> str:
-    """Return a value as messages show it: as TOML writes it, on one line, shortened.
+    """Return a value for a message: as TOML, on one line, shortened.
 
     >>> shown(True), shown("a"), shown([1, 2.5]), shown({"a": "b"})
     ('true', '"a"', '[1, 2.5]', '{a = "b"}')
@@ -83,7 +83,7 @@ def shown(value: object) -> str:
 
 
 def _pieces(value: object, room: int) -> Iterator[str]:
-    """Yield the text of a value in pieces, no more of them than there is room for."""
+    """Yield at most ``room`` parts of the text of a value."""
     if isinstance(value, bool):
         yield "true" if value else "false"
     elif isinstance(value, str):
@@ -118,7 +118,7 @@ def _longest_key(text: str) -> int:
 
 
 def _in_words(problem: tomllib.TOMLDecodeError) -> str:
-    """Return what is wrong and where; a key comes as the library holds it and is left out."""
+    """Return the library's message without the key, which it does not show as written."""
     return re.sub(
         r"(Cannot declare|Cannot mutate immutable namespace|Cannot redefine namespace)"
         r" \(.*\)(?: twice)? (?=\(at )",
@@ -129,7 +129,7 @@ def _in_words(problem: tomllib.TOMLDecodeError) -> str:
 
 
 def _values(tables: Mapping[str, Any]) -> Iterator[tuple[str, Any, int]]:
-    """Yield key, value and depth of everything in tables and lists, without recursion."""
+    """Yield key, value and depth of all values in tables and lists, without recursion."""
     pending: list[tuple[str, Any, int]] = [(key, value, 1) for key, value in tables.items()]
     while pending:
         key, value, depth = pending.pop()

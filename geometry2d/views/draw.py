@@ -1,4 +1,4 @@
-"""Heads, necks and meshes drawn on given matplotlib axes, in one restrained set of colours."""
+"""Drawing of heads, necks and meshes on matplotlib axes, with one palette."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ Array = NDArray[np.float64]
 
 DRAWING_SPACING_MM = 0.1
 NAME_AT_PT = 80
-"""How far to the right of a muscle its name stands, printer's points."""
+"""Distance of a muscle's name to its right, printer's points."""
 
 
 @dataclass(frozen=True)
 class Palette:
-    """Colours by what they stand for."""
+    """Colours of tissues and bodies."""
 
     dermis: str = "#cf8f77"
     bulk: str = "#f0c9b4"
@@ -61,18 +61,18 @@ def draw_head(
     tissue: bool = True,
     palette: Palette = PALETTE,
 ) -> None:
-    """Draw a head section: silhouette, bones, teeth and, if wanted, the undeformed tissue.
+    """Draw a head section: silhouette, bones, teeth and the undeformed tissue.
 
     Parameters
     ----------
     axes
-        Where to draw; data units are mm.
+        The axes; data units are mm.
     head
-        What to draw.
+        The head.
     face
         Whether to draw the silhouette from forehead to neck, and the ear.
     tissue
-        Whether to draw the lips; leave out where a deformed mesh takes their place.
+        Whether to draw the lips; False if a deformed mesh replaces them.
     palette
         Colours.
     """
@@ -116,16 +116,16 @@ def draw_section(axes: Axes, section: Section, *, palette: Palette = PALETTE) ->
 def draw_muscles(
     axes: Axes, muscles: Iterable[MuscleRegion], *, names: bool = True, palette: Palette = PALETTE
 ) -> None:
-    """Fill muscles: hatched with dots where fibres cross the section, with lines where they do not.
+    """Fill muscles: with dots where fibres cross the section, with lines where they lie in it.
 
     Parameters
     ----------
     axes
-        Where to draw; data units are mm.
+        The axes; data units are mm.
     muscles
-        What to draw, in the frame of the head section.
+        The muscles, in the frame of the head section.
     names
-        Whether to write each one's name beside it.
+        Whether to write the name of each muscle beside it.
     palette
         Colours.
     """
@@ -160,7 +160,7 @@ def draw_outline(
     linewidth: float = 1.0,
     zorder: float = 5.0,
 ) -> None:
-    """Fill an outline where ``placement`` puts it."""
+    """Fill an outline at a placement."""
     points = placement.apply(outline.sampled(DRAWING_SPACING_MM))
     axes.fill(*points.T, facecolor=face, edgecolor=edge, linewidth=linewidth, zorder=zorder)
 
@@ -173,16 +173,16 @@ def draw_neck(
     package: bool = True,
     palette: Palette = PALETTE,
 ) -> None:
-    """Draw a neck's two walls where ``placement`` (of the neck frame) puts them.
+    """Draw the two walls of a neck at a placement of the neck frame.
 
     Parameters
     ----------
     axes
-        Where to draw; data units are mm.
+        The axes; data units are mm.
     neck
-        What to draw.
+        The neck.
     placement
-        Neck frame to head frame.
+        Placement of the neck frame in the head frame.
     package
         Whether to draw the package's silhouette behind the walls.
     palette
@@ -216,16 +216,16 @@ def draw_mesh(
     lines: bool = True,
     palette: Palette = PALETTE,
 ) -> None:
-    """Draw a triangle mesh, its subdomains coloured by tissue, moved by a nodal displacement.
+    """Draw a triangle mesh with subdomains coloured by tissue, moved by nodal displacements.
 
     Parameters
     ----------
     axes
-        Where to draw; data units are mm.
+        The axes; data units are mm.
     mesh
         Straight-sided triangles.
     displacement
-        (n, 2) displacement of the mesh's nodes, mm; none if left out.
+        (n, 2) displacement of the mesh's nodes, mm; None: zero.
     lines
         Whether to draw the element edges.
     palette
@@ -250,7 +250,7 @@ def draw_mesh(
 
 
 def _above_and_below_mouth(head: HeadSection) -> list[Array]:
-    """Split the profile at the gap between the lips, its longest step."""
+    """Return the profile above and below the gap between the lips, its longest step."""
     step = np.diff(head.profile, axis=0)
     gap = int(np.argmax(np.hypot(step[:, 0], step[:, 1]))) + 1
     return [head.profile[:gap], head.profile[gap:]]

@@ -12,15 +12,9 @@ from hypothesis import strategies as st
 
 from geometry2d.anatomy.head import HeadMeasurements, head_section
 from geometry2d.curves import arc_lengths, nearest_arc_length
-from geometry2d.mesh import (
-    LEVELS,
-    MeshError,
-    MeshSize,
-    block_mesh,
-    mesh_quality,
-    polygon_mesh,
-    section_mesh,
-)
+from geometry2d.mesh import LEVELS, MeshSize, block_mesh, polygon_mesh, section_mesh
+from geometry2d.mesh_quality import mesh_quality
+from geometry2d.meshing import MeshError
 
 EXPECTED_TRIANGLES = {"coarse": 1450, "standard": 2900, "fine": 5900, "thesis": 10100}
 
@@ -228,7 +222,7 @@ def test_block_is_filled_by_its_layers(nx, ny, skin, fat):
 @pytest.mark.parametrize(
     ("make", "named"),
     [
-        (lambda: MeshSize(0.5, 0.4, 2.0), "grow"),
+        (lambda: MeshSize(0.5, 0.4, 2.0), "none may be smaller"),
         (lambda: MeshSize(0.5, 0.6, 2.0, 0.0), "gradation"),
         (lambda: polygon_mesh({"a": [(0, 0), (1, 1), (1, 0), (0, 1)]}, 0.2), "'a' crosses itself"),
         (lambda: polygon_mesh({"a": [(0, 0), (1, 0), (1, 1)]}, -1.0), "-1.0 mm"),

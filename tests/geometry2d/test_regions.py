@@ -20,7 +20,7 @@ def test_region_is_the_loop_of_its_curves():
 @pytest.mark.parametrize(
     ("curves", "loop", "message"),
     [
-        (SQUARE, (("low", True), ("high", True)), "starts 1 mm from where"),
+        (SQUARE, (("low", True), ("high", True)), "starts 1 mm from the end"),
         (SQUARE, (("high", True), ("low", False)), "runs clockwise"),
         (SQUARE, (("low", True), ("side", False)), "no curve 'side'; there are low, high"),
         (
