@@ -19,7 +19,7 @@ from geometry2d.rigid import RigidMotion, rotated
 from mocap.synthetic.camera import Camera, Colour, Image, Lens, Sensor
 from mocap.synthetic.recording_file import write_recording
 from mocap.synthetic.rendering import render
-from mocap.synthetic.scene import WHITE, Light, Marker, Scene, SceneBody, Shape
+from mocap.synthetic.scene import WHITE, Light, Marker, Scene, SceneBody, ScenePolygon
 from mocap.synthetic.truth import Truth
 
 Array = NDArray[np.float64]
@@ -127,7 +127,9 @@ class Take:
             self._sticker("ear", (0.0, 0.0), rng),
             self._sticker("nose", self.nose_mm, rng),
         )
-        head = SceneBody("head", head_motion, (Shape(face, skin, depth_mm=depth),), head_marks)
+        head = SceneBody(
+            "head", head_motion, (ScenePolygon(face, skin, depth_mm=depth),), head_marks
+        )
         package = SceneBody("package", package_motion, *self._package(rng))
         slide = np.column_stack([np.sin(4 * head_motion.time_s), np.cos(5 * head_motion.time_s)])
         jaw_motion = RigidMotion(
@@ -158,7 +160,9 @@ class Take:
         ring = Marker.ring(name, at, radii_mm=(1.3 * radius, 0.65 * radius), depth_mm=depth)
         return Marker(name, at, (square.shapes[0], *ring.shapes), depth)
 
-    def _package(self, rng: np.random.Generator) -> tuple[tuple[Shape, ...], tuple[Marker, ...]]:
+    def _package(
+        self, rng: np.random.Generator
+    ) -> tuple[tuple[ScenePolygon, ...], tuple[Marker, ...]]:
         """Return a bottle or a carton, with dark marks on light or light ones on dark."""
         light_marks = bool(rng.random() < 0.3) and not self.rings
         body: Colour = (0.12, 0.2, 0.42) if light_marks else (0.9, 0.92, 0.94)
@@ -167,7 +171,7 @@ class Take:
         wide = shoulder * (1.0 if self.bottle else 0.5)
         upper = [[-14, 23], [30, 23], [60, 7 + wide], [160, 7 + wide]]
         lower = [[160, 7 - wide], [60, 7 - wide], [30, -9], [-14, -9]]
-        outline = Shape(np.array([*upper, *lower], float), body)
+        outline = ScenePolygon(np.array([*upper, *lower], float), body)
         places = {"package_lower": (0.0, 0.0), "package_upper": (0.0, MARK_MM)}
         radius = 0.85 * self.dot_mm
         if self.rings:
@@ -195,7 +199,7 @@ class Take:
             for k, at in enumerate(HAND_SPOTS)
         )
         motion = RigidMotion(time, np.zeros(time.size), shift)
-        return SceneBody("hand", motion, (Shape(corners, skin, depth_mm=80.0),), spots)
+        return SceneBody("hand", motion, (ScenePolygon(corners, skin, depth_mm=80.0),), spots)
 
     def marker_file(self, first: Truth, *, head_scale: bool = True) -> str:
         """Return what a user would write who knows the lens and both lengths."""

@@ -1,7 +1,7 @@
 """Checks of the header and the parameters of a C3D file, before a library reads it.
 
 C3D is binary: blocks of 512 bytes, the first of which states where parameters and data begin and
-how many points there are (C3D user guide, 2008, "Header section", "Parameter section"). The
+how many points there are (C3D user guide, 2008, "Header section", "C3dParameter section"). The
 parameters are records that point to one another. A wrong number in them makes a reader crash or use
 all memory. The checks follow the records within the file.
 """
@@ -32,7 +32,7 @@ MOST_DIMENSIONS = 7
 
 
 @dataclass(frozen=True)
-class Parameter:
+class C3dParameter:
     """A parameter: its type, its dimensions, and its bytes."""
 
     kind: int
@@ -93,10 +93,10 @@ def check_c3d(file: Path, data: bytes) -> None:
 
 def _parameters(
     file: Path, data: bytes, at: int, order: str
-) -> Iterator[tuple[tuple[str, str], Parameter]]:
+) -> Iterator[tuple[tuple[str, str], C3dParameter]]:
     """Yield the parameters by the names of their group and their own, in capitals."""
     groups: dict[int, str] = {}
-    found: list[tuple[int, str, Parameter]] = []
+    found: list[tuple[int, str, C3dParameter]] = []
     while True:
         if at + 2 > len(data):
             raise ExchangeError(f"{file}: was cut short in its parameters")
@@ -122,7 +122,7 @@ def _parameters(
         yield (groups.get(group, ""), name), parameter
 
 
-def _parameter(file: Path, name: str, record: bytes) -> Parameter:
+def _parameter(file: Path, name: str, record: bytes) -> C3dParameter:
     """Return a parameter from its record, which begins with its type."""
     kind, count = struct.unpack_from("<bB", record) if len(record) >= 2 else (0, 0)
     dimensions = tuple(record[2 : 2 + count])
@@ -132,12 +132,12 @@ def _parameter(file: Path, name: str, record: bytes) -> Parameter:
             f"{file}: its parameter {quoted(name)} is damaged: type {kind} with {count} dimensions "
             f"does not fit into its record of {len(record)} bytes; export the file again"
         )
-    return Parameter(kind, dimensions, record[2 + count : 2 + count + size])
+    return C3dParameter(kind, dimensions, record[2 + count : 2 + count + size])
 
 
 def _check_counts(
     file: Path,
-    parameters: dict[tuple[str, str], Parameter],
+    parameters: dict[tuple[str, str], C3dParameter],
     points: int,
     analogue: int,
     order: str,
@@ -156,7 +156,9 @@ def _check_counts(
             )
 
 
-def _frames(parameters: dict[tuple[str, str], Parameter], first: int, last: int, order: str) -> int:
+def _frames(
+    parameters: dict[tuple[str, str], C3dParameter], first: int, last: int, order: str
+) -> int:
     """Return the number of announced frames, from the header or, if long, from the parameters."""
     if last < UNKNOWN_END:
         return last - first + 1

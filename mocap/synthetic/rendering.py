@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.rigid import RigidPlacement
 from mocap.synthetic.camera import Camera, Image, LinearImage, Sensor, SyntheticError
-from mocap.synthetic.scene import Light, Scene, SceneBody, Shape
+from mocap.synthetic.scene import Light, Scene, SceneBody, ScenePolygon
 from mocap.synthetic.truth import MarkerTruth, Truth
 from mocap.synthetic.window import PixelWindow, softened
 
@@ -132,7 +132,9 @@ def _light_at(scene: Scene, camera: Camera, sensor: Sensor, time_s: float) -> Li
 
 
 def _named(
-    shape: Shape, body: SceneBody, named: Mapping[str, tuple[PixelWindow, NDArray[np.float32]]]
+    shape: ScenePolygon,
+    body: SceneBody,
+    named: Mapping[str, tuple[PixelWindow, NDArray[np.float32]]],
 ) -> tuple[PixelWindow, NDArray[np.float32]]:
     """Return window and coverage of the earlier shape that confines a shape."""
     if shape.inside is None or shape.inside not in named:
@@ -145,7 +147,7 @@ def _named(
 
 def _outlines(
     body: SceneBody, placement: RigidPlacement, camera: Camera
-) -> list[tuple[Shape, Array]]:
+) -> list[tuple[ScenePolygon, Array]]:
     """Return the body's shapes in order with their corners in the picture, px."""
     if not body.all_shapes():
         return []
@@ -175,7 +177,7 @@ def _illumination(light: Light, camera: Camera) -> LinearImage:
 
 
 def _visible_fraction(
-    outline_px: Array, covers: list[tuple[Shape, Array]], camera: Camera
+    outline_px: Array, covers: list[tuple[ScenePolygon, Array]], camera: Camera
 ) -> float:
     """Return the fraction of a marker's outline inside the picture and under no later shape."""
     window = PixelWindow.around(outline_px, 0, camera)

@@ -17,7 +17,7 @@ WHITE: Colour = (0.93, 0.93, 0.91)
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class ScenePolygon:
     """A flat coloured polygon of a body.
 
     Parameters
@@ -66,7 +66,7 @@ class Marker:
 
     name: str
     at_mm: tuple[float, float]
-    shapes: tuple[Shape, ...]
+    shapes: tuple[ScenePolygon, ...]
     depth_mm: float = 0.0
 
     @classmethod
@@ -112,7 +112,7 @@ class Marker:
         """Return a square sticker, turned by an angle, with a dot in its centre."""
         angle = np.radians(turn_deg + 45 + 90 * np.arange(4))
         square = np.column_stack([np.cos(angle), np.sin(angle)]) * side_mm / np.sqrt(2) + at_mm
-        sticker = Shape(square, colours[0], depth_mm=depth_mm)
+        sticker = ScenePolygon(square, colours[0], depth_mm=depth_mm)
         return cls(name, at_mm, (sticker, disc(at_mm, radius_mm, colours[1], depth_mm)), depth_mm)
 
 
@@ -122,10 +122,10 @@ class SceneBody:
 
     name: str
     motion: RigidMotion
-    shapes: tuple[Shape, ...] = ()
+    shapes: tuple[ScenePolygon, ...] = ()
     markers: tuple[Marker, ...] = ()
 
-    def all_shapes(self) -> tuple[Shape, ...]:
+    def all_shapes(self) -> tuple[ScenePolygon, ...]:
         """Return all shapes in order; those of the markers are last."""
         return self.shapes + tuple(s for marker in self.markers for s in marker.shapes)
 
@@ -164,9 +164,9 @@ class Scene:
 
 def disc(
     centre_mm: tuple[float, float], radius_mm: float, colour: Colour, depth_mm: float = 0.0
-) -> Shape:
+) -> ScenePolygon:
     """Return a disc as a polygon of 96 corners with the area of the circle."""
     angle = 2 * np.pi * np.arange(96) / 96
     radius = radius_mm * np.sqrt(2 * np.pi / (96 * np.sin(2 * np.pi / 96)))
     corners = np.column_stack([np.cos(angle), np.sin(angle)]) * radius + centre_mm
-    return Shape(corners, colour, depth_mm=depth_mm)
+    return ScenePolygon(corners, colour, depth_mm=depth_mm)

@@ -14,7 +14,7 @@ from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
 from mocap.synthetic.camera import Colour
-from mocap.synthetic.scene import BLACK, Marker, SceneBody, Shape
+from mocap.synthetic.scene import BLACK, Marker, SceneBody, ScenePolygon
 from scenarios.recordings.portrait import GLOW, MOUTH, SHADE, SKIN
 from scenarios.recordings.strokes import band, ellipse, pair, shifted, smooth, smooth_line, stroke
 
@@ -53,7 +53,7 @@ def package_bodies(neck: NeckSection, carton: str, motion: RigidMotion) -> tuple
     top = outline[outline[:, 1] > axis + half - 1e-6, 0].min()
     radius = float(neck.upper_wall.sampled(0.2)[:, 1].max() - axis)
     shapes = [
-        Shape(outline, PLASTIC, name="package"),
+        ScenePolygon(outline, PLASTIC, name="package"),
         _within(
             band(rim, top, axis - 0.95 * radius, 0.3 * radius), PLASTIC_SHADE, 0.80, 0.16 * radius
         ),
@@ -61,9 +61,9 @@ def package_bodies(neck: NeckSection, carton: str, motion: RigidMotion) -> tuple
         _within(band(top - 12, top + 2, axis - half, 12.0), PLASTIC_SHADE, 0.60, 4.0),
         *(_within(stroke(line, 0.9), PLASTIC_SHADE, 0.75, 0.3) for line in _thread_lines(neck)),
         _within(band(rim - 1, rim + 1.0, axis, 60), PLASTIC_SHADE, 0.35, 0.3),
-        Shape(band(top, end + 1, axis, half + 1), sides, name="carton", inside="package"),
+        ScenePolygon(band(top, end + 1, axis, half + 1), sides, name="carton", inside="package"),
         *(
-            Shape(corners, colour, opacity, softness, inside="carton")
+            ScenePolygon(corners, colour, opacity, softness, inside="carton")
             for corners, colour, opacity, softness in (
                 (band(top + 30, top + 56, axis, 60), stripe, 0.9, 0.0),
                 (ellipse((top + 43, axis + 2), (10, 10), 0), sides, 0.9, 0.0),
@@ -85,8 +85,8 @@ def package_bodies(neck: NeckSection, carton: str, motion: RigidMotion) -> tuple
     )
 
 
-def _within(corners: Array, colour: Colour, opacity: float, softness_mm: float) -> Shape:
-    return Shape(corners, colour, opacity, softness_mm, inside="package")
+def _within(corners: Array, colour: Colour, opacity: float, softness_mm: float) -> ScenePolygon:
+    return ScenePolygon(corners, colour, opacity, softness_mm, inside="package")
 
 
 def _thread_lines(neck: NeckSection) -> list[Array]:
@@ -124,7 +124,7 @@ def _arm(wrist: tuple[float, float], motion: RigidMotion) -> SceneBody:
     return SceneBody("arm", follows, tuple(_rounded("arm", outline, 11.0)))
 
 
-def _hand(wrist: tuple[float, float]) -> list[Shape]:
+def _hand(wrist: tuple[float, float]) -> list[ScenePolygon]:
     """Return the back of a right hand, thumb towards the person.
 
     ``wrist`` is where the index finger's side of the hand crosses the axis of the carton.
@@ -141,7 +141,7 @@ def _hand(wrist: tuple[float, float]) -> list[Shape]:
     nail = ellipse(shifted((-12.5, -25.5), *wrist), (4.8, 3.2), -20)
     shapes = [
         *_rounded("thumb", stroke(thumb, 17), 4.0),
-        Shape(nail, NAIL, 0.8, 0.4, depth, inside="thumb"),
+        ScenePolygon(nail, NAIL, 0.8, 0.4, depth, inside="thumb"),
         *_rounded("back", back, 8.0),
     ]
     for number, (x, length) in enumerate(((7.0, 31.0), (25.0, 33.0), (43.0, 32.0), (60.0, 29.0))):
@@ -150,26 +150,28 @@ def _hand(wrist: tuple[float, float]) -> list[Shape]:
         finger = smooth_line([knuckle, middle, tip])
         name = f"finger {number + 1}"
         shapes += [
-            Shape(stroke(shifted(finger, 2.0, -0.5), width), MOUTH, 0.45, 1.5, depth),
+            ScenePolygon(stroke(shifted(finger, 2.0, -0.5), width), MOUTH, 0.45, 1.5, depth),
             *_rounded(name, stroke(finger, width), 4.0),
             *(_crease(shifted(joint, 0, dy), width, depth, name) for dy in (-2.2, 0.0, 2.2)),
-            Shape(ellipse(shifted(knuckle, 0, 3), (5, 5), 0), GLOW, 0.35, 2.5, depth, inside=name),
-            Shape(ellipse(shifted(knuckle, 0, -5), (9, 5), 0), SKIN, 0.85, 2.5, depth),
+            ScenePolygon(
+                ellipse(shifted(knuckle, 0, 3), (5, 5), 0), GLOW, 0.35, 2.5, depth, inside=name
+            ),
+            ScenePolygon(ellipse(shifted(knuckle, 0, -5), (9, 5), 0), SKIN, 0.85, 2.5, depth),
         ]
     return shapes
 
 
-def _crease(middle: Array, width: float, depth: float, name: str) -> Shape:
+def _crease(middle: Array, width: float, depth: float, name: str) -> ScenePolygon:
     line = np.array([middle - (width / 4, 0), shifted(middle, width / 4, 0.4)])
-    return Shape(stroke(line, 0.7), SHADE, 0.45, 0.4, depth, inside=name)
+    return ScenePolygon(stroke(line, 0.7), SHADE, 0.45, 0.4, depth, inside=name)
 
 
-def _rounded(name: str, outline: Array, border_mm: float) -> list[Shape]:
+def _rounded(name: str, outline: Array, border_mm: float) -> list[ScenePolygon]:
     """Return a skin-coloured shape of the hand, darker towards its border."""
     depth = HAND_DEPTH_MM
     return [
-        Shape(outline, SKIN, depth_mm=depth, name=name),
-        Shape(
+        ScenePolygon(outline, SKIN, depth_mm=depth, name=name),
+        ScenePolygon(
             stroke(np.vstack([outline, outline[:1]]), border_mm),
             SHADE,
             0.42,

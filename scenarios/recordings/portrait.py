@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.rigid import RigidMotion
 from mocap.synthetic.camera import Colour
-from mocap.synthetic.scene import Marker, SceneBody, Shape
+from mocap.synthetic.scene import Marker, SceneBody, ScenePolygon
 from scenarios.recordings.strokes import arc, ellipse, pair, shifted, smooth, smooth_line, stroke
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ def head_body(section: HeadSection, motion: RigidMotion) -> SceneBody:
     spots = section.landmarks
     face = _silhouette(np.asarray(section.profile))
     shapes = [
-        Shape(face, SKIN, name="face"),
+        ScenePolygon(face, SKIN, name="face"),
         *_face_shades(section),
         *_eye(section),
         *_mouth(section),
@@ -76,7 +76,7 @@ def trunk_body() -> SceneBody:
         [(-190, -150), (-95, -128), (-40, -150), (10, -178), (60, -205), (110, -290), (-190, -290)]
     )
     resting = RigidMotion(np.zeros(1), np.zeros(1), np.zeros((1, 2)))
-    return SceneBody("trunk", resting, (Shape(shoulder, SHIRT),))
+    return SceneBody("trunk", resting, (ScenePolygon(shoulder, SHIRT),))
 
 
 def _silhouette(profile: Array) -> Array:
@@ -97,7 +97,7 @@ def _silhouette(profile: Array) -> Array:
     return np.vstack([profile, behind])
 
 
-def _face_shades(section: HeadSection) -> list[Shape]:
+def _face_shades(section: HeadSection) -> list[ScenePolygon]:
     spots = {name: np.asarray(point) for name, point in section.landmarks.items()}
     chin, nose, base = spots["menton"], spots["nose"], spots["subnasale"]
     profile = np.asarray(section.profile)
@@ -115,7 +115,7 @@ def _face_shades(section: HeadSection) -> list[Shape]:
     ala = shifted(base, -15, 9)
     return [
         _shade(under_jaw, SHADE, 0.50, 5.0),
-        Shape(stroke(profile, 7.0), SHADE, 0.35, 3.5, inside="face"),
+        ScenePolygon(stroke(profile, 7.0), SHADE, 0.35, 3.5, inside="face"),
         _shade(ellipse((58, -22), (26, 20), -20), GLOW, 0.40, 10.0),
         _shade(ellipse((52, -38), (22, 16), -20), BLUSH, 0.22, 9.0),
         _shade(ellipse((20, 40), (26, 30), 0), SHADE, 0.16, 10.0),
@@ -135,7 +135,7 @@ def _face_shades(section: HeadSection) -> list[Shape]:
     ]
 
 
-def _eye(section: HeadSection) -> list[Shape]:
+def _eye(section: HeadSection) -> list[ScenePolygon]:
     x, y = shifted(_nasion(section), -15, -8)
     upper = smooth_line([(x - 17, y - 2), (x - 8, y + 4.5), (x - 1, y + 2.5), (x + 0.5, y - 1)])
     lower = smooth_line([(x + 0.5, y - 1), (x - 2, y - 4), (x - 9, y - 4.5), (x - 17, y - 2)])
@@ -146,9 +146,9 @@ def _eye(section: HeadSection) -> list[Shape]:
     pupil = ellipse((x - 2.3, y - 0.3), (1.2, 2.2), 0)
     return [
         _shade(ellipse((x - 8, y + 3), (17, 11), 8), SHADE, 0.30, 4.0),
-        Shape(white, EYE_WHITE, 0.95),
-        Shape(seen, IRIS),
-        Shape(pupil, (0.05, 0.04, 0.04)),
+        ScenePolygon(white, EYE_WHITE, 0.95),
+        ScenePolygon(seen, IRIS),
+        ScenePolygon(pupil, (0.05, 0.04, 0.04)),
         _shade(stroke(upper, 1.7), HAIR, 0.85, 0.3),
         _shade(stroke(lower, 0.7), SHADE, 0.6, 0.3),
         _shade(stroke(shifted(upper, -1, 3.6), 0.8), SHADE, 0.5, 0.5),
@@ -157,7 +157,7 @@ def _eye(section: HeadSection) -> list[Shape]:
     ]
 
 
-def _mouth(section: HeadSection) -> list[Shape]:
+def _mouth(section: HeadSection) -> list[ScenePolygon]:
     spots = {name: np.asarray(point) for name, point in section.landmarks.items()}
     profile = np.asarray(section.profile)
     upper, lower = spots["stomion_upper"], spots["stomion_lower"]
@@ -169,19 +169,19 @@ def _mouth(section: HeadSection) -> list[Shape]:
     red_below = profile[near & (profile[:, 1] <= lower[1]) & (profile[:, 1] >= bottom)]
     gap = np.vstack([shifted(upper, 2, 0), shifted(lower, 2, 0), corner])
     teeth = [
-        Shape(tooth.sampled(0.3), TOOTH, 0.9, 0.3, inside="mouth")
+        ScenePolygon(tooth.sampled(0.3), TOOTH, 0.9, 0.3, inside="mouth")
         for tooth in (section.upper_tooth, section.lower_tooth)
     ]
     return [
-        Shape(gap, MOUTH, 0.95, name="mouth", inside="face"),
+        ScenePolygon(gap, MOUTH, 0.95, name="mouth", inside="face"),
         *teeth,
-        Shape(np.vstack([red_above, upper, corner]), LIP, 0.85, 0.4, inside="face"),
-        Shape(np.vstack([lower, red_below, corner]), LIP, 0.85, 0.4, inside="face"),
+        ScenePolygon(np.vstack([red_above, upper, corner]), LIP, 0.85, 0.4, inside="face"),
+        ScenePolygon(np.vstack([lower, red_below, corner]), LIP, 0.85, 0.4, inside="face"),
         _shade(ellipse(shifted(corner, -1, -1), (4, 3), 0), SHADE, 0.4, 2.0),
     ]
 
 
-def _ear() -> list[Shape]:
+def _ear() -> list[ScenePolygon]:
     depth = FACE_DEPTH_MM
     rim = smooth(
         [
@@ -201,18 +201,18 @@ def _ear() -> list[Shape]:
     fold = smooth_line([(-11, 18), (-18, 17), (-22, 8), (-20, -5), (-13, -14)])
     bowl = smooth([(-4, 8), (-12, 11), (-17, 3), (-14, -9), (-6, -12), (-3, -4)])
     return [
-        Shape(shifted(rim, -2.5, -2.0), MOUTH, 0.35, 2.5, depth),
-        Shape(rim, EAR, 1.0, 0.3, depth, name="ear"),
-        Shape(stroke(rim, 4), SHADE, 0.30, 1.5, depth, inside="ear"),
-        Shape(stroke(helix, 3.2), SHADE, 0.55, 1.1, depth, inside="ear"),
-        Shape(stroke(shifted(helix, -2.6, 0.8), 2.2), GLOW, 0.45, 0.8, depth, inside="ear"),
-        Shape(stroke(fold, 2.6), GLOW, 0.35, 1.0, depth, inside="ear"),
-        Shape(bowl, MOUTH, 0.50, 2.0, depth, inside="ear"),
-        Shape(ellipse((-9, -24), (4, 5), 20), BLUSH, 0.35, 2.0, depth, inside="ear"),
+        ScenePolygon(shifted(rim, -2.5, -2.0), MOUTH, 0.35, 2.5, depth),
+        ScenePolygon(rim, EAR, 1.0, 0.3, depth, name="ear"),
+        ScenePolygon(stroke(rim, 4), SHADE, 0.30, 1.5, depth, inside="ear"),
+        ScenePolygon(stroke(helix, 3.2), SHADE, 0.55, 1.1, depth, inside="ear"),
+        ScenePolygon(stroke(shifted(helix, -2.6, 0.8), 2.2), GLOW, 0.45, 0.8, depth, inside="ear"),
+        ScenePolygon(stroke(fold, 2.6), GLOW, 0.35, 1.0, depth, inside="ear"),
+        ScenePolygon(bowl, MOUTH, 0.50, 2.0, depth, inside="ear"),
+        ScenePolygon(ellipse((-9, -24), (4, 5), 20), BLUSH, 0.35, 2.0, depth, inside="ear"),
     ]
 
 
-def _hair(section: HeadSection) -> list[Shape]:
+def _hair(section: HeadSection) -> list[ScenePolygon]:
     x0, y0 = np.asarray(section.profile)[0]
     cap = np.vstack(
         [
@@ -235,9 +235,9 @@ def _hair(section: HeadSection) -> list[Shape]:
         bend = np.array([[-np.sin(turn), np.cos(turn)]]) * generator.normal(0, 0.01)
         line = np.array([x, y]) + along * direction + along**2 * bend
         strands.append(
-            Shape(stroke(line, 0.8), STRAND, 0.55, 0.3, FACE_DEPTH_MM / 2, inside="hair")
+            ScenePolygon(stroke(line, 0.8), STRAND, 0.55, 0.3, FACE_DEPTH_MM / 2, inside="hair")
         )
-    return [Shape(cap, HAIR, 0.97, 0.8, FACE_DEPTH_MM / 2, name="hair"), *strands]
+    return [ScenePolygon(cap, HAIR, 0.97, 0.8, FACE_DEPTH_MM / 2, name="hair"), *strands]
 
 
 def _nasion(section: HeadSection) -> Array:
@@ -251,5 +251,5 @@ def _nasion(section: HeadSection) -> Array:
 
 def _shade(
     corners: ArrayLike | Sequence[ArrayLike], colour: Colour, opacity: float, softness_mm: float
-) -> Shape:
-    return Shape(np.array(corners, float), colour, opacity, softness_mm, inside="face")
+) -> ScenePolygon:
+    return ScenePolygon(np.array(corners, float), colour, opacity, softness_mm, inside="face")

@@ -10,7 +10,7 @@ from mocap.convert import ConvertResult, convert
 from mocap.synthetic.camera import Camera, Sensor
 from mocap.synthetic.recording_file import write_recording
 from mocap.synthetic.rendering import exposed, truth_at
-from mocap.synthetic.scene import Marker, Scene, SceneBody, Shape
+from mocap.synthetic.scene import Marker, Scene, SceneBody, ScenePolygon
 
 GRAVITY_MM_PER_S2 = 9810.0
 FPS, FRAMES = 60.0, 46
@@ -35,7 +35,7 @@ def scene() -> Scene:
     wall = SceneBody(
         "wall",
         RigidMotion(time, still, drift),
-        (Shape(square, (0.3, 0.32, 0.35)),),
+        (ScenePolygon(square, (0.3, 0.32, 0.35)),),
         (
             Marker.dot("left_mark", LEFT, radius_mm=14.0, colour=light),
             Marker.dot("right_mark", RIGHT, radius_mm=14.0, colour=light),

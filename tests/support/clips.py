@@ -12,7 +12,7 @@ from geometry2d.rigid import RigidMotion, rotated
 from mocap.synthetic.camera import Camera, Lens, Sensor
 from mocap.synthetic.recording_file import write_recording
 from mocap.synthetic.rendering import exposed, truth_at
-from mocap.synthetic.scene import Light, Marker, Scene, SceneBody, Shape
+from mocap.synthetic.scene import Light, Marker, Scene, SceneBody, ScenePolygon
 from mocap.synthetic.truth import Truth
 
 Array = NDArray[np.float64]
@@ -100,7 +100,9 @@ class Clip:
             Marker.patch(name, at, radius_mm=self.dot_radius_mm, depth_mm=z, turn_deg=10.0 * k)
             for k, (name, at) in enumerate(dots.items())
         )
-        head = SceneBody("head", head_motion, (Shape(profile * 1.0, SKIN, depth_mm=z),), patches)
+        head = SceneBody(
+            "head", head_motion, (ScenePolygon(profile * 1.0, SKIN, depth_mm=z),), patches
+        )
         neck = np.array([[-14, -13], [40, -13], [70, -40], [160, -40], [160, 55], [70, 55],
                          [40, 27], [-14, 27]])  # fmt: skip
         marks = tuple(
@@ -108,7 +110,7 @@ class Clip:
             for name, at in (("package_lower", LOWER), ("package_upper", UPPER))
         )
         package = SceneBody(
-            "package", package_motion, (Shape(neck * 1.0, self.package_colour),), marks
+            "package", package_motion, (ScenePolygon(neck * 1.0, self.package_colour),), marks
         )
         bodies = [head, package]
         if self.occluded is not None:
@@ -125,7 +127,9 @@ class Clip:
             for k, at in enumerate([(100.0, -20.0), (128.0, 8.0), (150.0, -40.0), (185.0, -30.0)])
         )
         motion = _Stepwise(time, np.zeros(time.size), shift)
-        return SceneBody("hand", motion, (Shape(corners, (0.7, 0.5, 0.42), depth_mm=80.0),), spots)
+        return SceneBody(
+            "hand", motion, (ScenePolygon(corners, (0.7, 0.5, 0.42), depth_mm=80.0),), spots
+        )
 
     def write(self, folder: Path) -> tuple[Path, Path, list[Truth]]:
         """Write recording and marker file; return both paths and the truth of every frame."""

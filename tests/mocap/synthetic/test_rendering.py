@@ -18,7 +18,7 @@ from mocap.synthetic.camera import Camera, Lens, Sensor, SyntheticError
 from mocap.synthetic.raster import coverage
 from mocap.synthetic.recording_file import frame_times, write_recording
 from mocap.synthetic.rendering import exposed, render, truth_at
-from mocap.synthetic.scene import BLACK, WHITE, Light, Marker, Scene, SceneBody, Shape
+from mocap.synthetic.scene import BLACK, WHITE, Light, Marker, Scene, SceneBody, ScenePolygon
 from mocap.synthetic.truth import write_truth
 
 LENS = Lens(k1=-0.21, k2=0.07, p1=1.2e-3, p2=-0.8e-3, k3=0.02)
@@ -183,15 +183,15 @@ def scene_with_everything() -> Scene:
         "head",
         flying((60.0, -20.0)),
         (
-            Shape(square, (0.8, 0.6, 0.5), name="skin"),
-            Shape(square * 0.6 + 9, (0.5, 0.3, 0.2), 0.5, softness_mm=3.0, inside="skin"),
+            ScenePolygon(square, (0.8, 0.6, 0.5), name="skin"),
+            ScenePolygon(square * 0.6 + 9, (0.5, 0.3, 0.2), 0.5, softness_mm=3.0, inside="skin"),
         ),
         (
             Marker.patch("a", (-9.0, 3.0), turn_deg=8),
             Marker.ring("b", (6.0, -8.0), radii_mm=(3, 1)),
         ),
     )
-    bar = SceneBody("bar", resting((-9.0, 3.0)), (Shape(square / 8, (0.1, 0.1, 0.4)),))
+    bar = SceneBody("bar", resting((-9.0, 3.0)), (ScenePolygon(square / 8, (0.1, 0.1, 0.4)),))
     return Scene((body, bar), light=Light(slope=(0.2, -0.1), flicker=0.02, flicker_hz=9.0))
 
 
@@ -278,8 +278,8 @@ def test_soft_shapes_stay_inside_the_shape_they_name():
         (lambda: Camera(9, 9, (1, 1), 1, (0, 0), exposure_s=0.05), "exposure_s is 0.05"),
         (lambda: Sensor(read_noise_e=3.0), "full_well_e is infinite"),
         (lambda: Sensor(gamma=0.0), "gamma 0.0"),
-        (lambda: Shape(np.zeros((2, 2)), BLACK), "at least three"),
-        (lambda: Shape(np.full((3, 2), np.nan), BLACK), "not a finite"),
+        (lambda: ScenePolygon(np.zeros((2, 2)), BLACK), "at least three"),
+        (lambda: ScenePolygon(np.full((3, 2), np.nan), BLACK), "not a finite"),
         (lambda: CAMERA.project([0.0, 0.0], 400.0), "behind the camera"),
         (
             lambda: Scene((SceneBody("b", resting(), markers=(Marker.patch("a", (0, 0)),) * 2),)),
