@@ -10,7 +10,7 @@ from typing import Any
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.text import quoted
 from geometry2d.foundation.toml import parsed_toml, read_toml, shown
-from scenarios.settings.layers import Layer
+from scenarios.settings.layers import SettingsLayer
 from scenarios.settings.names import nearest
 from scenarios.settings.tables import SettingError, Value
 
@@ -30,7 +30,7 @@ def library_names() -> list[str]:
     return sorted(path.parent.name for path in LIBRARY.glob("*/scenario.toml"))
 
 
-def file_layers(name_or_file: str, folder: Path) -> list[Layer]:
+def file_layers(name_or_file: str, folder: Path) -> list[SettingsLayer]:
     """Return the layers of a built-in name or a file, those of its base first.
 
     Parameters
@@ -45,7 +45,7 @@ def file_layers(name_or_file: str, folder: Path) -> list[Layer]:
     ScenarioError
         If there is no such scenario, the file is not TOML, or bases run in a circle.
     """
-    layers: list[Layer] = []
+    layers: list[SettingsLayer] = []
     seen: list[Path] = []
     following: str | None = name_or_file
     while following is not None:
@@ -61,11 +61,11 @@ def file_layers(name_or_file: str, folder: Path) -> list[Layer]:
                 f'{file}: {BASE} = {shown(base)}: give a name or a file, e.g. {BASE} = "A38-F"'
             )
         folder, following = file.parent, base
-        layers.insert(0, Layer(document, folder, name="" if _built_in(file) else str(file)))
+        layers.insert(0, SettingsLayer(document, folder, name="" if _built_in(file) else str(file)))
     return layers
 
 
-def settings_layer(settings: Sequence[str], folder: Path) -> Layer:
+def settings_layer(settings: Sequence[str], folder: Path) -> SettingsLayer:
     """Return the layer of texts ``table.key=value``; relative paths start from ``folder``.
 
     Raises
@@ -73,7 +73,7 @@ def settings_layer(settings: Sequence[str], folder: Path) -> Layer:
     SettingError
         If a text is none, or a key is given twice.
     """
-    return Layer(document_from([split_setting(text) for text in settings]), folder)
+    return SettingsLayer(document_from([split_setting(text) for text in settings]), folder)
 
 
 def document_from(values: Sequence[tuple[str, Value]]) -> dict[str, Any]:

@@ -34,7 +34,7 @@ from scenarios.settings.tables import (
 
 
 @dataclass(frozen=True)
-class Layer:
+class SettingsLayer:
     """One document of settings.
 
     Attributes
@@ -103,7 +103,7 @@ class Shape:
         return cls(keys, tables, presets, drawings)
 
 
-def laid_over(shape: Shape, layers: Sequence[Layer]) -> dict[str, Given]:
+def laid_over(shape: Shape, layers: Sequence[SettingsLayer]) -> dict[str, Given]:
     """Return the values of all layers by path, those of later layers over those of earlier ones.
 
     Raises
@@ -195,7 +195,7 @@ def _below(parts: Iterator[Key | SubTable], where: str) -> Iterator[tuple[str, K
             yield from _below(parts_of(part.kind, where=inside, omit=part.omit), inside)
 
 
-def _flattened(shape: Shape, layer: Layer) -> tuple[dict[str, Value], list[str]]:
+def _flattened(shape: Shape, layer: SettingsLayer) -> tuple[dict[str, Value], list[str]]:
     """Return the checked values of a layer by path, and the paths of what it resets."""
     values: dict[str, Value] = {}
     reset: list[str] = []

@@ -59,7 +59,7 @@ class Package:
 
 
 @dataclass(frozen=True)
-class Contact:
+class Friction:
     """Coulomb friction of the pairs that touch."""
 
     friction: float = setting(

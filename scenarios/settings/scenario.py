@@ -31,7 +31,7 @@ from scenarios.settings.files import (
 from scenarios.settings.hand import HandSettings
 from scenarios.settings.layers import (
     Given,
-    Layer,
+    SettingsLayer,
     Shape,
     document_of,
     laid_over,
@@ -42,7 +42,7 @@ from scenarios.settings.liquid import Liquid
 from scenarios.settings.motion import FirstContact, MotionFile, Placement, Recording
 from scenarios.settings.muscles import Muscles
 from scenarios.settings.numerics import Numerics
-from scenarios.settings.package import Contact, Package
+from scenarios.settings.package import Friction, Package
 from scenarios.settings.person import Head, Muscle, Skin
 from scenarios.settings.tables import SettingError, check, keys_of, table_from
 from scenarios.settings.writing import toml_lines
@@ -52,8 +52,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "LIBRARY",
-    "Contact",
     "FirstContact",
+    "Friction",
     "Head",
     "Liquid",
     "MotionFile",
@@ -97,7 +97,7 @@ class Scenario:
         "package's own",
     )
     skin: Skin = setting(default=Skin(), description="the soft tissue")
-    contact: Contact = setting(default=Contact(), description="friction")
+    contact: Friction = setting(default=Friction(), description="friction")
     hand: HandSettings = setting(default=HandSettings(), description="how the package is carried")
     placement: Placement = setting(
         default=Placement(), description="shifts of package and lower face"
@@ -178,7 +178,11 @@ class Scenario:
         ]
         here = Path.cwd()
         return scenario_from(
-            [Layer(document_of(self), here), Layer(resets, here), Layer(document_from(plain), here)]
+            [
+                SettingsLayer(document_of(self), here),
+                SettingsLayer(resets, here),
+                SettingsLayer(document_from(plain), here),
+            ]
         )
 
     def solve(
@@ -265,7 +269,7 @@ def load_scenario(name_or_file: str | Path, settings: Sequence[str] = ()) -> Sce
         raise type(error)(f"{file}: {error}") from error
 
 
-def scenario_from(layers: Sequence[Layer]) -> Scenario:
+def scenario_from(layers: Sequence[SettingsLayer]) -> Scenario:
     """Return the checked scenario of layers of settings; errors as of :func:`load_scenario`."""
     given = _with_filmed(layers, laid_over(SHAPE, layers))
     scenario = table_from(Scenario, nested(given), where="")
@@ -276,7 +280,7 @@ def scenario_from(layers: Sequence[Layer]) -> Scenario:
     return table_from(Scenario, nested(kept), where="")
 
 
-def _with_filmed(layers: Sequence[Layer], given: Mapping[str, Given]) -> dict[str, Given]:
+def _with_filmed(layers: Sequence[SettingsLayer], given: Mapping[str, Given]) -> dict[str, Given]:
     """Return what is given with the filmed neck, where a later layer has put another in its place.
 
     The layer that names the film, or its motion, means the neck that was filmed, unless it says

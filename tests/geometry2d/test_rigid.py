@@ -53,7 +53,7 @@ def test_seen_from_a_moving_body_a_body_at_rest_relative_to_it_stands_still():
     ("time", "angle", "shift", "word"),
     [
         ([0, 0], [0, 0], [[0, 0], [0, 0]], "do not increase"),
-        ([0, 1], [0], [[0, 0], [0, 0]], "belong"),
+        ([0, 1], [0], [[0, 0], [0, 0]], "differ"),
         ([0, 1], [0, np.nan], [[0, 0], [0, 0]], "finite"),
     ],
 )

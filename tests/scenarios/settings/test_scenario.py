@@ -15,7 +15,7 @@ from geometry2d.mesh import LEVELS
 from geometry2d.neck import NECKS
 from scenarios.settings.scenario import (
     LIBRARY,
-    Contact,
+    Friction,
     MotionFile,
     Scenario,
     ScenarioError,
@@ -304,11 +304,11 @@ def test_a_scenario_needs_a_recording_or_a_motion() -> None:
 
 
 def test_a_scenario_is_made_changed_and_compared_in_memory() -> None:
-    made = Scenario("mine", motion=MotionFile("/m.csv"), contact=Contact(friction=0.5))
+    made = Scenario("mine", motion=MotionFile("/m.csv"), contact=Friction(friction=0.5))
     assert made == Scenario("mine", motion=MotionFile("/m.csv")).with_(contact={"friction": 0.5})
     assert made.with_(**{"contact.friction": 1.0}) == Scenario("mine", motion=MotionFile("/m.csv"))
-    assert made.with_(contact=Contact(lip_friction=0.1)).contact == Contact(lip_friction=0.1)
-    assert made.with_(contact=None).contact == Contact()
+    assert made.with_(contact=Friction(lip_friction=0.1)).contact == Friction(lip_friction=0.1)
+    assert made.with_(contact=None).contact == Friction()
     assert made.with_(motion=Path("/n.csv")).motion == MotionFile("/n.csv")
     assert made.with_() == made and hash(made.with_()) == hash(made)
     assert load_scenario("DC-AE").with_(muscle=None).muscle is None
@@ -319,12 +319,12 @@ def test_a_scenario_is_made_changed_and_compared_in_memory() -> None:
             r"unknown key contacts: did you mean the table",
         ),
         ({"contact.fricton": 1}, "unknown key contact.fricton: did you mean contact.friction?"),
-        ({"contact": Contact(friction=-1.0)}, "contact.friction = -1 is too small"),
+        ({"contact": Friction(friction=-1.0)}, "contact.friction = -1 is too small"),
     ):
         with pytest.raises(SettingError, match=message):
             made.with_(**wrong)
     with pytest.raises(SettingError, match=r"contact.friction = -1 is too small"):
-        Scenario("mine", motion=MotionFile("/m.csv"), contact=Contact(friction=-1.0))
+        Scenario("mine", motion=MotionFile("/m.csv"), contact=Friction(friction=-1.0))
 
 
 def test_a_recording_that_ends_before_it_starts_is_refused() -> None:
