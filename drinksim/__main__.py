@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
-    from scenarios.cli.commands import main as run
+    from scenarios.cli.main import main as run
 
     return run(arguments)
 

@@ -52,6 +52,7 @@ FLOORS = (
     "scenarios.export",
     "scenarios.recordings",
     "scenarios.cli",
+    "scenarios.cli.commands",
     "drinksim",
 )
 """The rooms from the ground up: a module imports from its own room and from those above its line.

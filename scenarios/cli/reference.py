@@ -10,7 +10,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import MISSING, fields
 
 from geometry2d.foundation.settings import in_unit
-from scenarios.cli.parser import SETTINGS_OF, option_of
+from scenarios.cli.options import option_of
+from scenarios.cli.parser import COMMANDS, module_of
 from scenarios.settings.scenario import Scenario
 from scenarios.settings.tables import Key, SubTable, Value, joined, keys_of, parts_of
 from scenarios.settings.writing import toml_value
@@ -32,12 +33,20 @@ key makes ineffective is an error.
 COLUMNS = ("key", "unit", "default", "allowed", "is", "source of the default")
 
 
+def settings_of_commands() -> dict[str, type[object]]:
+    """Return the tables whose settings are options of a command, by its name."""
+    tables = {
+        command.name: getattr(module_of(command.name), "SETTINGS", None) for command in COMMANDS
+    }
+    return {name: table for name, table in tables.items() if table is not None}
+
+
 def settings_page() -> str:
     """Return the page in Markdown."""
     lines = [HEAD]
     seen: set[type[object]] = set()
     lines += _table_of(Scenario, "", None, seen)
-    for command, options in SETTINGS_OF.items():
+    for command, options in settings_of_commands().items():
         lines += ["", f"## `drinksim {command}`", "", *_rows(options, "", None, option=True)]
     return "\n".join(lines) + "\n"
 

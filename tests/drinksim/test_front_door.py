@@ -72,6 +72,11 @@ def test_opening_the_door_loads_nothing_slow() -> None:
     assert not loaded_by("import drinksim") & SLOW_TO_LOAD
 
 
+def test_the_list_of_commands_loads_nothing_slow() -> None:
+    shown = "from scenarios.cli.main import drinksim_parser; drinksim_parser().format_help()"
+    assert not loaded_by(shown) & SLOW_TO_LOAD
+
+
 def test_the_version_is_that_of_the_installed_package() -> None:
     assert ds.__version__ == version("drinksim")
 

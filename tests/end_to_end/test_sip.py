@@ -10,7 +10,7 @@ import shapely
 
 from fem2d.body.surface import edge_shapes
 from geometry2d.rigid import RigidPlacement, rotated
-from scenarios.cli.commands import main
+from scenarios.cli.main import main
 from scenarios.results.increment import Increment
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import Scenario, load_scenario

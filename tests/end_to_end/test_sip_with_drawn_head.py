@@ -8,7 +8,7 @@ import pytest
 from geometry2d.anatomy.head import head_section
 from geometry2d.drawings.drawn_head import HeadDrawing
 from geometry2d.rigid import rotated
-from scenarios.cli.commands import main
+from scenarios.cli.main import main
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import load_scenario
 from scenarios.sip.recorded_motion import recorded_motion

@@ -23,8 +23,8 @@ from geometry2d.foundation.progress import progress_line
 from geometry2d.neck import A38_NECK
 from mocap.synthetic.recording_file import write_recording
 from mocap.video.frames import Video
-from scenarios.cli.commands import COMMANDS, main
-from scenarios.cli.parser import drinksim_parser
+from scenarios.cli.main import main
+from scenarios.cli.parser import COMMANDS, drinksim_parser, module_of
 from scenarios.recordings.script import LIBRARY
 from scenarios.results.solution import Solution
 from scenarios.sip import run
@@ -210,7 +210,7 @@ def help_of(capsys: pytest.CaptureFixture[str], *command: str) -> str:
 
 def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture[str]) -> None:
     listed = help_of(capsys)
-    for command in COMMANDS:
+    for command in [command.name for command in COMMANDS]:
         assert f" {command} " in listed
         shown = help_of(capsys, command)
         (example,) = re.findall(rf"example: drinksim ({command} [^>]*)", shown)
@@ -264,7 +264,7 @@ def test_a_computation_without_room_ends_with_its_own_code(
     def fails(_: object) -> int:
         raise error
 
-    monkeypatch.setitem(COMMANDS, "report", fails)
+    monkeypatch.setattr(module_of("report"), "run", fails)
     assert main(["report", "run", "--out", "r.html"]) == 3
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("drinksim: ") and said in line
@@ -277,7 +277,7 @@ def test_an_interrupted_command_says_how_it_goes_on(
         raise KeyboardInterrupt
 
     for command in ("replay", "calibrate", "report"):
-        monkeypatch.setitem(COMMANDS, command, interrupted)
+        monkeypatch.setattr(module_of(command), "run", interrupted)
     for typed, again in (
         ("replay 'my sip.toml' --out run --overwrite", "replay 'my sip.toml' --out run --resume"),
         ("replay A38-F --out run --resume", "replay A38-F --out run --resume"),
@@ -332,9 +332,7 @@ def test_a_recording_is_redrawn_whole_or_not_at_all(
 
 
 def test_output_may_be_cut_off() -> None:
-    command = (
-        f"{sys.executable} -c 'from scenarios.cli.commands import main; raise SystemExit(main())'"
-    )
+    command = f"{sys.executable} -c 'from scenarios.cli.main import main; raise SystemExit(main())'"
     piped = subprocess.run(
         ["bash", "-c", f"set -o pipefail; {command} scenarios A38-F | head -n 1"],
         capture_output=True,

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.cli.parser import SETTINGS_OF, option_of
-from scenarios.cli.reference import settings_page
+from scenarios.cli.options import option_of
+from scenarios.cli.reference import settings_of_commands, settings_page
 from scenarios.settings.layers import values_by_path
 from scenarios.settings.scenario import MotionFile, Scenario, load_scenario, resolved_toml
 from scenarios.settings.tables import keys_of, table_from
@@ -60,13 +60,13 @@ def test_the_printed_file_has_the_same_keys_values_and_meanings() -> None:
         assert any(meaning in line for line in described), key.path
 
 
-@pytest.mark.parametrize("command", SETTINGS_OF)
+@pytest.mark.parametrize("command", settings_of_commands())
 def test_options_of_studies_are_those_of_their_tables(
     command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shown = help_of(capsys, command)
     page = rows(f"drinksim {command}")
-    for key in keys_of(SETTINGS_OF[command]):
+    for key in keys_of(settings_of_commands()[command]):
         option = option_of(key.field.name)
         value = f"{{{','.join(key.choices)}}}" if key.choices else "VALUE"
         meant = f"{about(key.field)} (default: {key.field.default})"

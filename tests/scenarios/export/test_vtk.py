@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from scenarios.cli.commands import main
+from scenarios.cli.main import main
 from scenarios.export.vtk import QUADRATIC_TRIANGLE, lips_vtu
 from scenarios.results.solution import Solution
 

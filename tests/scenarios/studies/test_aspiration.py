@@ -12,7 +12,7 @@ import pytest
 
 from fem2d.materials.library import configuration
 from fem2d.materials.material import MaterialError
-from scenarios.cli.commands import main
+from scenarios.cli.main import main
 from scenarios.studies.aspiration import COLUMNS, CONFIGURATIONS, aspiration_study
 from scenarios.studies.sensitivity import SensitivityError, sensitivity_study
 from scenarios.studies.suction import SuctionError, SuctionOptions, slab_mesh

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.cli.commands import main
+from scenarios.cli.main import main
 from tests.support.browser import laid_out
 from tests.support.optional import needed_program
 

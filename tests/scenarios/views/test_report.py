@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image as Pillow
 
-from scenarios.cli.commands import main
+from scenarios.cli.main import main
 from scenarios.results.messages import verdict_message
 from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution

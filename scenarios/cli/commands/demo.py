@@ -1,0 +1,65 @@
+"""``drinksim demo``: convert, replay, animate and plot the bundled A38-F recording."""
+
+from __future__ import annotations
+
+import time
+from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from geometry2d.foundation.progress import Progress, progress_line
+from scenarios.cli.options import add_out
+from scenarios.cli.parser import NOT_FINISHED, Parser, complain
+from scenarios.settings.scenario import load_scenario
+
+
+def arguments(parser: Parser) -> None:
+    """Add what the command takes."""
+    add_out(parser)
+
+
+def run(options: Namespace) -> int:
+    """Do it and return the exit code."""
+    from scenarios.results.messages import peaks_message
+    from scenarios.sip.run import convert_recording, solve
+    from scenarios.views.animation import animate
+    from scenarios.views.plots import plot_histories, plot_imprint
+
+    out: Path = options.out
+    scenario = load_scenario("A38-F")
+    assert scenario.recording is not None  # the library's scenarios are recorded
+    film, sheet = out / "A38-F.mp4", out / "A38-F.png"
+    histories, imprint = out / "A38-F-history.png", out / "A38-F-imprint.png"
+    with _stage("1/4 convert: video to motion") as progress:
+        conversion = convert_recording(scenario.recording, out / "conversion", progress=progress)
+    with _stage("2/4 replay: motion to contact") as progress:
+        solution = solve(
+            scenario.with_motion(conversion.motion), out=out / "replay", progress=progress
+        )
+    with _stage("3/4 animate: model beside recording") as progress:
+        animate(out / "replay", film, beside_video=True, progress=progress)
+        animate(out / "replay", sheet, beside_video=True, progress=progress)
+    with _stage("4/4 plot: histories and imprint"):
+        plot_histories([out / "replay"], histories)
+        plot_imprint(out / "replay", imprint)
+    print(f"\n{solution.message}\n{peaks_message(solution.summary)}\n\nLook at")
+    for path, what in (
+        (film, "the sip: recording and model side by side"),
+        (sheet, "the same as six frames"),
+        (histories, "strain, stress and pressure over the sip"),
+        (imprint, "where and when the neck is pressed"),
+        (out / "conversion" / "overlay.mp4", "the recording with its tracked markers"),
+        (out / "replay" / "history.csv", "the numbers"),
+    ):
+        print(f"  {path!s:<32}  {what}")
+    return 0 if solution.finished else complain(solution.message, NOT_FINISHED)
+
+
+@contextmanager
+def _stage(title: str) -> Iterator[Progress]:
+    """Print one line, also in a pipe: what is being done and how long it took."""
+    started = time.monotonic()
+    with progress_line(title) as progress:
+        yield progress
+    print(f"{title:<40} {time.monotonic() - started:6.1f} s", flush=True)

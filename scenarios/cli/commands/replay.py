@@ -1,0 +1,52 @@
+"""``drinksim replay``: a recorded sip on the model of the lips."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+
+from scenarios.cli.options import add_out, add_scenario, add_set, chosen_scenario
+from scenarios.cli.parser import NOT_FINISHED, Parser, complain
+from scenarios.settings.scenario import Numerics
+from scenarios.settings.tables import keys_of
+from scenarios.settings.writing import about
+
+
+def arguments(parser: Parser) -> None:
+    """Add what the command takes."""
+    add_scenario(parser)
+    add_out(parser)
+    for key in keys_of(Numerics, where="numerics"):
+        if key.choices and key.path.count(".") == 1:
+            parser.add_argument(
+                f"--{key.field.name}",
+                choices=key.choices,
+                help=f"{about(key.field)} (default: the scenario's {key.path})",
+            )
+    left = parser.add_mutually_exclusive_group()
+    left.add_argument(
+        "--resume", action="store_true", help="go on with the unfinished run in --out, if any"
+    )
+    left.add_argument(
+        "--overwrite", action="store_true", help="discard what an earlier run left in --out"
+    )
+    add_set(parser)
+
+
+def run(options: Namespace) -> int:
+    """Do it and return the exit code."""
+    from scenarios.results.messages import peaks_message
+    from scenarios.sip.run import NothingComputedError, solve
+
+    scenario = chosen_scenario(options)
+    try:
+        solution = solve(
+            scenario,
+            out=options.out,
+            resume=options.resume,
+            overwrite=options.overwrite,
+            progress=True,
+        )
+    except NothingComputedError as error:
+        return complain(str(error), NOT_FINISHED)
+    print(f"{options.out}: {solution.message}\n{peaks_message(solution.summary)}")
+    return 0 if solution.finished else complain(solution.message, NOT_FINISHED)
