@@ -85,7 +85,12 @@ def hand_message(about: Mapping[str, Any]) -> str:
     """Return how the package was carried, from the summary's ``hand``."""
     if about["mode"] == "same":
         return "carried by the hand of the reference run, which yields"
-    return "each lip bore what it bore in the reference run, or what was stated"
+    if "upper_n" in about:
+        return (
+            f"each lip bore what was stated, {about['upper_n']:.2f} N the upper and "
+            f"{about['lower_n']:.2f} N the lower"
+        )
+    return "each lip bore what it bore in the reference run"
 
 
 def muscle_message(about: Mapping[str, Any]) -> str:

@@ -78,6 +78,15 @@ class HandSettings:
         description="force that the lower lip bears once touched, over the whole width",
     )
 
+    share_of_weight: float | tuple[float, float] | None = setting(
+        default=None,
+        minimum=0.0,
+        maximum=1.0,
+        description="share of the weight of package and content that each lip bears once touched, "
+        "or of the upper and of the lower lip",
+        source="thesis: a tenth; an estimate",
+    )
+
     def __post_init__(self) -> None:
         stated = (self.upper_force_n, self.lower_force_n)
         if (stated[0] is None) != (stated[1] is None):
@@ -85,13 +94,36 @@ class HandSettings:
             raise SettingError(
                 f"hand.{missing}_force_n is missing: state the force of both lips, or of neither"
             )
-        if self.mode != "force" and self.upper_force_n is not None:
+        sources = [name for name in ("upper_force_n", "share_of_weight", "reference")
+                   if getattr(self, name) is not None]  # fmt: skip
+        if self.mode != "force" and {"upper_force_n", "share_of_weight"} & set(sources):
             raise SettingError(
-                f'hand.upper_force_n has no effect while hand.mode = "{self.mode}": set mode = '
+                f'hand.{sources[0]} has no effect while hand.mode = "{self.mode}": set mode = '
                 '"force"'
             )
-        if self.reference is not None and self.upper_force_n is not None:
+        if self.mode == "force" and len(sources) > 1:
             raise SettingError(
-                "hand.reference and hand.upper_force_n contradict one another: give the forces of "
-                "a reference run, or stated newtons"
+                f"hand.{sources[0]} and hand.{sources[1]} contradict one another: give stated "
+                "newtons, shares of the weight, or a reference run"
             )
+
+    @property
+    def states_forces(self) -> bool:
+        """Whether the forces are stated: then a reference run only tells directions and times."""
+        return self.upper_force_n is not None or self.share_of_weight is not None
+
+    def forces_n(self, weight_n: float | None) -> tuple[float, float] | None:
+        """Return what the upper and the lower lip are to bear, N; None if a reference run tells.
+
+        Parameters
+        ----------
+        weight_n
+            Weight of package and content, N; needed for shares of it.
+        """
+        if self.upper_force_n is not None and self.lower_force_n is not None:
+            return self.upper_force_n, self.lower_force_n
+        if self.share_of_weight is None or weight_n is None:
+            return None
+        shares = self.share_of_weight
+        upper, lower = shares if isinstance(shares, tuple) else (shares, shares)
+        return upper * weight_n, lower * weight_n

@@ -42,6 +42,13 @@ class Package:
     measurements: NeckMeasurements = setting(
         default=NECKS["A38"], inline=True, description="measurements of neck and carton"
     )
+    mass_g: float | None = setting(
+        default=None,
+        unit="g",
+        above=0.0,
+        maximum=5000.0,
+        description="mass of the empty package, for hand.share_of_weight",
+    )
 
     def section(self) -> NeckSection:
         """Return the neck, cut through its axis.

@@ -136,6 +136,13 @@ class Scenario:
                 "first_contact.lower_time_s and upper_time_s, and the places where you saw them"
             )
 
+        if self.hand.share_of_weight is not None and self.weight_n is None:
+            missing = "[liquid] volume_ml" if self.liquid is None else "package.mass_g"
+            raise SettingError(
+                f"hand.share_of_weight = {shown(self.hand.share_of_weight)} is a share of an "
+                f"unknown weight: give {missing} too"
+            )
+
     def __repr__(self) -> str:
         moved = self.motion
         if moved is None:
@@ -225,10 +232,21 @@ class Scenario:
         return self.with_(motion=own, filmed=self.filmed)
 
     @property
+    def weight_n(self) -> float | None:
+        """Weight of package and content, N; None where one of them is unknown."""
+        if self.liquid is None or self.package.mass_g is None:
+            return None
+        content_kg = 1e-6 * self.liquid.volume_ml * self.liquid.density_kg_per_m3
+        return STANDARD_GRAVITY * (content_kg + 1e-3 * self.package.mass_g)
+
+    @property
     def filmed_package(self) -> Package:
         """The package that the motion is of."""
         return self.package if self.filmed is None else self.filmed
 
+
+STANDARD_GRAVITY = 9.80665
+"""m/s²."""
 
 IN_MEMORY = MotionFile("motion.csv")
 """What stands for a motion in memory while settings are laid over one another."""
@@ -294,7 +312,7 @@ def _with_filmed(layers: Sequence[SettingsLayer], given: Mapping[str, Given]) ->
         table_from(Package, nested(values).get("package", {}), where="package")
         for values in (laid_over(SHAPE, layers[: film + 1]), given)
     )
-    if then == now:
+    if replace(then, mass_g=None) == replace(now, mass_g=None):
         return kept
     return kept | {f"filmed.{path}": Given(v, film) for path, v in values_by_path(then).items()}
 

@@ -105,7 +105,13 @@ class Reference:
         return unit
 
 
-def hand_of(settings: HandSettings, reference: Reference, thickness_mm: float) -> Hand | None:
+def hand_of(
+    settings: HandSettings,
+    reference: Reference,
+    thickness_mm: float,
+    *,
+    weight_n: float | None = None,
+) -> Hand | None:
     """Return the hand of a scenario; None if it follows the film.
 
     Parameters
@@ -116,6 +122,8 @@ def hand_of(settings: HandSettings, reference: Reference, thickness_mm: float) -
         What was borne in the run whose forces are followed.
     thickness_mm
         Thickness of the section that is to be solved, mm.
+    weight_n
+        Weight of package and content, N, of which a lip may bear a share.
     """
     if settings.mode == "recorded":
         return None
@@ -133,24 +141,30 @@ def hand_of(settings: HandSettings, reference: Reference, thickness_mm: float) -
     return Hand.of_forces(
         [[f"{lip} lip on {wall}" for wall in WALLS] for lip in LIPS],
         directions,
-        Borne(reference.time_s, _wanted(settings, reference, directions, share, scale)),
+        Borne(
+            reference.time_s,
+            _wanted(settings.forces_n(weight_n), reference, directions, share, scale),
+        ),
         stiffness=LOOSE_N_PER_M * N_PER_MM * share,
         damping=settings.damping_n_s_per_m * N_PER_MM * share,
     )
 
 
 def _wanted(
-    settings: HandSettings, reference: Reference, directions: Array, share: float, scale: float
+    stated_n: tuple[float, float] | None,
+    reference: Reference,
+    directions: Array,
+    share: float,
+    scale: float,
 ) -> Array:
     """Return the forces (k, 2) that the lips are to bear along their directions, N."""
     bore = np.column_stack(
         [reference.force_n[lip] @ along for lip, along in zip(LIPS, directions, strict=True)]
     )
-    upper, lower = settings.upper_force_n, settings.lower_force_n
-    if upper is None or lower is None:
+    if stated_n is None:
         return bore * scale
     acts = np.column_stack([_touched(reference.time_s, column) for column in bore.T])
-    stated: Array = share * np.array([upper, lower]) * acts
+    stated: Array = share * np.array(stated_n) * acts
     return stated
 
 
@@ -190,12 +204,17 @@ def chosen_hand(
             f'hand.mode = "{scenario.hand.mode}" needs a reference run: give hand.reference'
         )
     bore = Reference.of(reference, head_angle_rad)
-    return hand_of(scenario.hand, bore, scenario.numerics.thickness_mm)
+    thickness = scenario.numerics.thickness_mm
+    return hand_of(scenario.hand, bore, thickness, weight_n=scenario.weight_n)
 
 
-def about_hand(settings: HandSettings, reference: Solution) -> dict[str, Any]:
+def about_hand(scenario: Scenario, reference: Solution) -> dict[str, Any]:
     """Return the numbers for the summary."""
+    settings = scenario.hand
+    stated = settings.forces_n(scenario.weight_n)
+    forces = {} if stated is None else dict(zip(("upper_n", "lower_n"), stated, strict=True))
     return {
+        **forces,
         "mode": settings.mode,
         "width_mm": settings.width_mm,
         "reference": reference.name,

@@ -260,7 +260,7 @@ def replay(
         **ready.about(),
     }
     if reference is not None:
-        about["hand"] = about_hand(scenario.hand, reference)
+        about["hand"] = about_hand(scenario, reference)
     return Outcome(
         result.status is MarchStatus.FINISHED,
         _messages(ready, result, about, resumed_at_s),

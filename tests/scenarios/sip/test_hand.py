@@ -53,6 +53,30 @@ def test_stated_forces_act_from_the_first_touch_to_the_last():
     assert hand.borne.at(0.0) == pytest.approx([0.0, 0.0])
 
 
+@pytest.mark.parametrize(("share", "upper", "lower"), [(0.1, 0.25, 0.25), ((0.2, 0.1), 0.5, 0.25)])
+def test_each_lip_bears_its_share_of_package_and_content(share, upper, lower):
+    """240 ml of water and 15 g of package weigh 255 g: 2.5007 N."""
+    scenario = load_scenario("A38-F").with_(
+        hand={"mode": "force", "share_of_weight": share, "width_mm": 20.0},
+        liquid={"volume_ml": 240.0},
+        package={"mass_g": 15.0},
+    )
+    assert scenario.weight_n == pytest.approx(0.255 * 9.80665)
+    assert scenario.filmed is None  # the same neck, whatever it weighs
+    hand = hand_of(scenario.hand, reference(), 1.0, weight_n=scenario.weight_n)
+    assert hand is not None
+    assert hand.borne.at(0.5) == pytest.approx([upper / 20, lower / 20], rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("missing", "settings"),
+    [("volume_ml", ["package.mass_g=15"]), ("package.mass_g", ["liquid.volume_ml=200"])],
+)
+def test_a_share_of_an_unknown_weight_is_refused(missing, settings):
+    with pytest.raises(SettingError, match=rf"unknown weight: give .*{missing}"):
+        load_scenario("A38-F", ["hand.mode=force", "hand.share_of_weight=0.1", *settings])
+
+
 def test_a_lip_that_bore_nothing_cannot_be_followed():
     nothing = reference()
     still = Reference(
@@ -77,6 +101,17 @@ def test_the_film_needs_no_hand_and_others_need_a_run(run_directory):
         (["hand.stiffness_n_per_m=0"], "stiffness_n_per_m"),
         (["hand.mode=force", "hand.upper_force_n=1.0"], "lower_force_n"),
         (["hand.mode=same", "hand.upper_force_n=1", "hand.lower_force_n=1"], "no effect"),
+        (["hand.mode=same", "hand.share_of_weight=0.1"], "share_of_weight has no effect"),
+        (
+            ["hand.mode=force", "hand.share_of_weight=0.1", "hand.reference=runs/A38-F"],
+            "share_of_weight and hand.reference contradict",
+        ),
+        (
+            ["hand.mode=force", "hand.share_of_weight=0.1"]
+            + [f"hand.{lip}_force_n=1" for lip in ("upper", "lower")],
+            "upper_force_n and hand.share_of_weight contradict",
+        ),
+        (["hand.mode=force", "hand.share_of_weight=1.5"], "share_of_weight"),
         (["hand.stiffness_n_per_m=200"], "no effect"),
         (["hand.mode=force", "hand.stiffness_n_per_m=200"], "no effect"),
         (["hand.mode=firm"], "recorded"),
