@@ -15,23 +15,23 @@ if TYPE_CHECKING:
     from drinksim import fem as fem
     from drinksim.api import convert as convert
     from drinksim.api import report as report
+    from drinksim.values import Scenario as Scenario
+    from drinksim.values import Solution as Solution
+    from drinksim.values import library_names as library_names
+    from drinksim.values import load_scenario as load_scenario
     from geometry2d.foundation.errors import DrinksimError as DrinksimError
     from mocap.motion.motion import Motion as Motion
-    from scenarios.results.solution import Solution as Solution
-    from scenarios.settings.scenario import Scenario as Scenario
-    from scenarios.settings.scenario import library_names as library_names
-    from scenarios.settings.scenario import load_scenario as load_scenario
 
     __version__: str
 
 _MADE_IN = {
     "DrinksimError": "geometry2d.foundation.errors",
     "Motion": "mocap.motion.motion",
-    "Scenario": "scenarios.settings.scenario",
-    "Solution": "scenarios.results.solution",
+    "Scenario": "drinksim.values",
+    "Solution": "drinksim.values",
     "convert": "drinksim.api",
-    "library_names": "scenarios.settings.scenario",
-    "load_scenario": "scenarios.settings.scenario",
+    "library_names": "drinksim.values",
+    "load_scenario": "drinksim.values",
     "report": "drinksim.api",
 }
 

@@ -20,6 +20,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
+from geometry2d.foundation.errors import DrinksimError
+
 Array = NDArray[np.float64]
 
 
@@ -27,7 +29,7 @@ EXACT = 1e-12
 """Residual of a solution as exact as double precision makes it."""
 
 
-class SingularMatrixError(ArithmeticError):
+class SingularMatrixError(DrinksimError):
     """The matrix could not be factorised."""
 
 

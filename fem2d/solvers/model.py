@@ -20,6 +20,7 @@ from fem2d.solvers.inertia import QUASI_STATIC, Inertia
 from fem2d.solvers.newton import Balance, work_of
 from fem2d.solvers.state import State
 from fem2d.threads import ONE_THREAD, Threads
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidPlacement
 
 Array = NDArray[np.float64]
@@ -312,7 +313,7 @@ class Model:
         nothing = np.full(count, np.inf)
 
         def none(psd: bool) -> Any:
-            raise ArithmeticError("an inadmissible deformation has no tangent")
+            raise DrinksimError("an inadmissible deformation has no tangent")
 
         return ModelBalance(
             nothing, 0.0, none, self, displacement, load, before, duration_s, nothing, response,

@@ -1,5 +1,8 @@
-"""The base of all errors about a user's input."""
+"""The base of all errors."""
 
 
 class DrinksimError(ValueError):
-    """An input or a setting that cannot be used; the message names culprit, value and remedy."""
+    """An input that cannot be used, or a computation that cannot go on.
+
+    The message names culprit, value and remedy.
+    """

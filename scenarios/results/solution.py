@@ -6,16 +6,17 @@ digits: element fields in single precision, history to nine significant digits.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.provided import Provided
 from geometry2d.rigid import RigidPlacement
 from mocap.motion.motion import Motion
 from scenarios.results.fields import FieldsInMemory, FieldStore
@@ -35,6 +36,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+
+HistoryPlot: TypeAlias = "Callable[[History, Axes | None], Axes]"
+SnapshotPlot: TypeAlias = "Callable[[Snapshot, str, Axes | None], Axes]"
+NotebookMarkup: TypeAlias = "Callable[[Solution], str]"
+
+HISTORY_PLOT: Provided[HistoryPlot] = Provided("History.plot")
+SNAPSHOT_PLOT: Provided[SnapshotPlot] = Provided("Snapshot.plot")
+NOTEBOOK_MARKUP: Provided[NotebookMarkup] = Provided("Solution._repr_html_")
 
 
 @dataclass(frozen=True)
@@ -59,9 +68,7 @@ class History:
 
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw the values against time and return the axes, new ones of pyplot by default."""
-        from scenarios.views.on_axes import plot_history
-
-        return plot_history(self, axes)
+        return HISTORY_PLOT.function(self, axes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +101,7 @@ class Snapshot:
 
         ``field`` colours the dermis: ``von_mises``, ``log_strain_max`` or ``log_strain_min``.
         """
-        from scenarios.views.on_axes import plot_snapshot
-
-        return plot_snapshot(self, field, axes)
+        return SNAPSHOT_PLOT.function(self, field, axes)
 
     def __repr__(self) -> str:
         highest = 1e3 * max(float(pressure.max()) for pressure in self.pressure_mpa.values())
@@ -298,9 +303,7 @@ class Solution:
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
-        from scenarios.views.page.notebook import solution_markup
-
-        return str(solution_markup(self))
+        return str(NOTEBOOK_MARKUP.function(self))
 
 
 def loaded(run: Solution | Path | str) -> Solution:

@@ -11,10 +11,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, is_dataclass, replace
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.progress import ProgressOption
+from geometry2d.foundation.provided import Provided
 from geometry2d.foundation.settings import setting
 from geometry2d.foundation.text import quoted
 from geometry2d.foundation.toml import shown
@@ -46,9 +47,6 @@ from scenarios.settings.package import Friction, Package
 from scenarios.settings.person import Head, Muscle, Skin
 from scenarios.settings.tables import SettingError, check, keys_of, table_from
 from scenarios.settings.writing import toml_lines
-
-if TYPE_CHECKING:
-    from scenarios.results.solution import Solution
 
 __all__ = [
     "LIBRARY",
@@ -199,14 +197,13 @@ class Scenario:
         resume: bool = False,
         overwrite: bool = False,
         progress: ProgressOption = None,
-    ) -> Solution:
-        """Replay the scenario and return its solution; see :func:`scenarios.sip.run.solve`.
+    ) -> Any:
+        """Replay the scenario and return its :class:`scenarios.results.solution.Solution`.
 
-        Nothing is written unless ``out`` names a run directory.
+        Nothing is written unless ``out`` names a run directory; options and errors are those of
+        :func:`scenarios.sip.run.solve`, which is provided by :mod:`drinksim.values`.
         """
-        from scenarios.sip.run import solve
-
-        return solve(self, out=out, resume=resume, overwrite=overwrite, progress=progress)
+        return SOLVER.function(self, out=out, resume=resume, overwrite=overwrite, progress=progress)
 
     def known_motion(self) -> Motion:
         """Return the motion, read from its file if it is not in memory, to the file's decimals.
@@ -247,6 +244,24 @@ class Scenario:
 
 STANDARD_GRAVITY = 9.80665
 """m/s²."""
+
+
+class Solver(Protocol):
+    """What replays a scenario: :func:`scenarios.sip.run.solve`."""
+
+    def __call__(
+        self,
+        scenario: Scenario,
+        *,
+        out: Path | str | None = None,
+        resume: bool = False,
+        overwrite: bool = False,
+        progress: ProgressOption = None,
+    ) -> Any:
+        """Return the scenario's solution."""
+
+
+SOLVER: Provided[Solver] = Provided("Scenario.solve")
 
 IN_MEMORY = MotionFile("motion.csv")
 """What stands for a motion in memory while settings are laid over one another."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fem2d.materials.material import Material
 from fem2d.solvers.static import StaticResult, static_step
+from geometry2d.foundation.errors import DrinksimError
 from scenarios.studies.suction import SuctionModel
 
 Array = NDArray[np.float64]
@@ -18,7 +19,7 @@ DIFFERENCE = 1e-4
 """Relative change of a parameter in the central difference of the internal forces."""
 
 
-class CalibrationStopped(ArithmeticError):
+class CalibrationStopped(DrinksimError):
     """The suction test could not be computed for some parameters on the way."""
 
 

@@ -14,6 +14,9 @@ import pytest
 
 import drinksim
 import drinksim as ds
+from geometry2d.foundation.provided import Provided
+from scenarios.results import solution
+from scenarios.settings import scenario
 
 PUBLIC = [
     "DrinksimError",
@@ -75,6 +78,18 @@ def test_opening_the_door_loads_nothing_slow() -> None:
 def test_the_list_of_commands_loads_nothing_slow() -> None:
     shown = "from scenarios.cli.main import drinksim_parser; drinksim_parser().format_help()"
     assert not loaded_by(shown) & SLOW_TO_LOAD
+
+
+def test_scenarios_and_solutions_have_all_their_methods() -> None:
+    assert ds.Scenario is not None
+    declared = [
+        value
+        for module in (scenario, solution)
+        for value in vars(module).values()
+        if isinstance(value, Provided)
+    ]
+    assert len(declared) == 4
+    assert all(callable(each.function) for each in declared)
 
 
 def test_the_version_is_that_of_the_installed_package() -> None:

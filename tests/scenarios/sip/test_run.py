@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from drinksim.values import Scenario, Solution, load_scenario
 from mocap.motion.motion import Motion
-from scenarios.results.solution import Solution
-from scenarios.settings.scenario import Scenario, load_scenario
 from scenarios.sip import run
 from scenarios.sip.run import NothingComputedError
 from scenarios.views.page.report import ReportError, write_report

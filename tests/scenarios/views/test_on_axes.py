@@ -15,8 +15,8 @@ from matplotlib import pyplot
 from matplotlib.collections import PolyCollection
 from PIL import Image
 
+from drinksim.values import Solution
 from scenarios.results.increment import SolutionError
-from scenarios.results.solution import Solution
 
 
 @pytest.fixture(autouse=True)

@@ -1,0 +1,48 @@
+"""Scenarios and solutions that solve and draw themselves.
+
+Here their methods get the functions of the rooms above them; each room is imported when one of its
+functions is first called.
+"""
+
+from __future__ import annotations
+
+from scenarios.results.solution import (
+    HISTORY_PLOT,
+    NOTEBOOK_MARKUP,
+    SNAPSHOT_PLOT,
+    HistoryPlot,
+    NotebookMarkup,
+    SnapshotPlot,
+    Solution,
+)
+from scenarios.settings.scenario import SOLVER, Scenario, Solver, library_names, load_scenario
+
+__all__ = ["Scenario", "Solution", "library_names", "load_scenario"]
+
+
+@SOLVER.loaded_by
+def _solver() -> Solver:
+    from scenarios.sip.run import solve
+
+    return solve
+
+
+@HISTORY_PLOT.loaded_by
+def _history_plot() -> HistoryPlot:
+    from scenarios.views.on_axes import plot_history
+
+    return plot_history
+
+
+@SNAPSHOT_PLOT.loaded_by
+def _snapshot_plot() -> SnapshotPlot:
+    from scenarios.views.on_axes import plot_snapshot
+
+    return plot_snapshot
+
+
+@NOTEBOOK_MARKUP.loaded_by
+def _notebook_markup() -> NotebookMarkup:
+    from scenarios.views.page.notebook import solution_markup
+
+    return solution_markup
