@@ -23,6 +23,7 @@ from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from scenarios.views.animation import telling_times
 from scenarios.views.filmed import Crop, Image
+from scenarios.views.page.embedded import Embedded
 from scenarios.views.panels import ModelPanel
 from scenarios.views.plots import RUN_COLOURS, imprint_maps
 from scenarios.views.run_view import RunView
@@ -52,15 +53,6 @@ CONTOUR_HEIGHT_MM = 3.2
 
 DASHES: tuple[tuple[float, ...], ...] = ((), (5.0, 2.0), (1.5, 1.5), (7.0, 2.0, 1.5, 2.0))
 """On and off lengths of the lines of runs, in widths of the line; no lengths: a whole line."""
-
-
-@dataclass(frozen=True)
-class Embedded:
-    """A picture with its media type and what it shows, in words."""
-
-    data: bytes
-    media_type: str
-    shows: str
 
 
 @dataclass(frozen=True)

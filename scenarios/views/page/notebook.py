@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from io import BytesIO
 
 import numpy as np
@@ -12,6 +11,7 @@ from matplotlib.figure import Figure
 from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution
 from scenarios.views.on_axes import plot_snapshot
+from scenarios.views.page.embedded import data_address
 from scenarios.views.page.hypertext import Markup, joined, tag
 
 SHOWN_IN_TABLE = (
@@ -47,4 +47,4 @@ def _picture(solution: Solution) -> str:
     plot_snapshot(solution.snapshot(int(np.argmax(pressure))), "von_mises", figure.add_subplot())
     picture = BytesIO()
     figure.savefig(picture, format="png")
-    return f"data:image/png;base64,{base64.b64encode(picture.getvalue()).decode('ascii')}"
+    return data_address(picture.getvalue(), "image/png")

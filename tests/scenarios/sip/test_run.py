@@ -10,7 +10,8 @@ from drinksim.values import Scenario, Solution, load_scenario
 from mocap.motion.motion import Motion
 from scenarios.sip import run
 from scenarios.sip.run import NothingComputedError
-from scenarios.views.page.report import ReportError, write_report
+from scenarios.views.page.report import write_report
+from scenarios.views.page.reported import ReportError
 from tests.support.made_up_sip import COUNT, MadeUpReplay, write_motion
 
 

@@ -1,0 +1,238 @@
+"""The table of a report: key numbers of every run, and the settings that differ between runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scenarios.results.quantities import LIPS
+from scenarios.settings.layers import values_by_path
+from scenarios.views.page.hypertext import Markup, tag
+from scenarios.views.page.reported import Reported
+
+ABSENT = "–"
+
+
+MINUS = "−"
+
+
+KILO = 1000
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the table: what, its unit, and how a run's value is written."""
+
+    title: str
+    unit: str
+    value: Callable[[Reported], str]
+
+
+def _summary_value(
+    key: str, pattern: str = "{:.0f}", factor: float = 1.0
+) -> Callable[[Reported], str]:
+    """Return how a number of summary.json is written, whatever is found there."""
+
+    def written(run: Reported) -> str:
+        found: Any = run.solution.summary.get(key)
+        if isinstance(found, bool) or not isinstance(found, int | float):
+            return ABSENT if found is None else str(found)
+        return pattern.format(factor * found).replace("-", MINUS)
+
+    return written
+
+
+def _energy_share(run: Reported) -> str:
+    summary = run.solution.summary
+    try:
+        kinetic, strain = (
+            float(summary[f"largest_{kind}_energy_nmm"]) for kind in ("kinetic", "strain")
+        )
+        return f"{100 * kinetic / strain:.2g}"
+    except (KeyError, TypeError, ValueError, ZeroDivisionError):
+        return ABSENT
+
+
+def _neck_name(run: Reported) -> str:
+    package = run.scenario.package
+    return package.neck if package.outline is None else Path(package.outline).name
+
+
+def _largest_force(run: Reported) -> str:
+    return f"{1e3 * np.hypot(run.force('x'), run.force('y')).max():.1f}"
+
+
+def _both_lips(title: str, unit: str, name: str, pattern: str) -> list[Row]:
+    return [
+        Row(f"{title}, {lip} lip", unit, _summary_value(name.format(lip=lip), pattern))
+        for lip in LIPS
+    ]
+
+
+ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
+    (
+        "Contact",
+        [
+            *_both_lips(
+                "highest pressure over 0.5 mm of lip", "kPa", "{lip}_lip_window_kpa", "{:.1f}"
+            ),
+            *_both_lips(
+                "highest mean of two surface elements", "kPa", "{lip}_lip_pressure_kpa", "{:.1f}"
+            ),
+            *_both_lips("longest contact", "mm", "{lip}_lip_contact_mm", "{:.2f}"),
+            *_both_lips(
+                "highest pressure over 1.5 mm of lip", "kPa", "{lip}_lip_window_1_5mm_kpa", "{:.1f}"
+            ),
+            *_both_lips(
+                "highest mean pressure where touched", "kPa", "{lip}_lip_mean_kpa", "{:.1f}"
+            ),
+            *_both_lips(
+                "how much crests stand out, 0 to 1", "", "{lip}_lip_crest_contrast", "{:.2f}"
+            ),
+            *_both_lips("impulse", "N s", "{lip}_lip_impulse_ns", "{:.3f}"),
+            Row("most pressed, upper wall", "", lambda run: run.most_pressed("upper")),
+            Row("most pressed, lower wall", "", lambda run: run.most_pressed("lower")),
+            Row("contact lasts", "s", lambda run: f"{run.touched_s:.2f}"),
+            Row("largest force on the hand, per mm of width", "mN/mm", _largest_force),
+        ],
+    ),
+    (
+        "Dermis",
+        [
+            Row("smallest log strain", "", _summary_value("dermis_min_log_strain", "{:.3f}")),
+            Row("largest log strain", "", _summary_value("dermis_max_log_strain", "{:.3f}")),
+            Row(
+                "largest von Mises stress", "kPa", _summary_value("dermis_max_mises_kpa", "{:.1f}")
+            ),
+        ],
+    ),
+    (
+        "Model",
+        [
+            Row("neck", "", _neck_name),
+            Row("skin", "", lambda run: run.scenario.skin.configuration),
+            Row("friction on the package", "", lambda run: f"{run.scenario.contact.friction:g}"),
+            Row("plane", "", lambda run: run.scenario.numerics.plane),
+            Row("resolution", "", lambda run: run.scenario.numerics.resolution),
+            Row("thickness", "mm", lambda run: f"{run.scenario.numerics.thickness_mm:g}"),
+            Row("elements", "", _summary_value("elements", "{:,.0f}")),
+            Row("nodes", "", _summary_value("nodes", "{:,.0f}")),
+        ],
+    ),
+    (
+        "Solver",
+        [
+            Row("increments", "", _summary_value("increments")),
+            Row("Newton iterations", "", _summary_value("newton_iterations")),
+            Row("cutbacks", "", _summary_value("cutbacks")),
+            Row(
+                "deepest penetration, neck",
+                "µm",
+                _summary_value("largest_penetration_neck_mm", "{:.1f}", KILO),
+            ),
+            Row(
+                "deepest penetration, teeth",
+                "µm",
+                _summary_value("largest_penetration_teeth_mm", "{:.1f}", KILO),
+            ),
+            Row(
+                "deepest penetration between nodes",
+                "µm",
+                _summary_value("largest_penetration_between_nodes_mm", "{:.1f}", KILO),
+            ),
+            Row(
+                "deepest penetration, lips into each other or themselves",
+                "µm",
+                _summary_value("largest_penetration_lips_mm", "{:.1f}", KILO),
+            ),
+            Row(
+                "largest unbalanced force, share of all forces",
+                "",
+                _summary_value("largest_unbalanced_force_share", "{:.1e}"),
+            ),
+            Row("largest kinetic over largest strain energy", "%", _energy_share),
+            Row("time it took", "s", _summary_value("wall_s")),
+            Row("drinksim", "", _summary_value("version")),
+        ],
+    ),
+)
+
+
+def key_numbers(runs: Sequence[Reported]) -> Markup:
+    """Return the table of key numbers, and that of settings that differ between the runs."""
+    about = (
+        "Extremes over the whole sip. The mean of two surface elements is the thesis' measure; it "
+        "depends on their size, the mean over 0.5 mm is made not to."
+    )
+    head = tag(
+        "tr",
+        tag("th", "quantity", scope="col"),
+        tag("th", "unit", scope="col", class_="unit"),
+        *(tag("th", run.label, scope="col") for run in runs),
+    )
+    groups = []
+    for name, rows in ROWS:
+        lines = [tag("tr", tag("th", name, scope="rowgroup", colspan=str(2 + len(runs))))]
+        lines += [
+            tag(
+                "tr",
+                tag("th", row.title, scope="row"),
+                tag("td", row.unit, class_="unit"),
+                *(tag("td", row.value(run)) for run in runs),
+            )
+            for row in rows
+        ]
+        groups.append(tag("tbody", *lines))
+    table = tag(
+        "table",
+        tag("thead", head),
+        *groups,
+    )
+    scrolled = tag(
+        "div", table, class_="wide", tabindex="0", role="region", aria_label="Key numbers"
+    )
+    return tag(
+        "section",
+        tag("h2", "Key numbers", id="numbers"),
+        tag("p", about, class_="quiet"),
+        scrolled,
+        _differences(runs) if len(runs) > 1 else Markup(),
+        aria_labelledby="numbers",
+    )
+
+
+NOT_COMPARED = ("name", "description", "recording", "motion")
+"""What a run is called and what it was made from; everything else of a scenario is a setting."""
+
+
+def _differences(runs: Sequence[Reported]) -> Markup:
+    """Return a table of the settings that are not the same in all runs, to be opened."""
+    lines = []
+    for name, values in _settings_by_run(runs).items():
+        if len(set(values)) > 1:
+            cells = (tag("td", value) for value in values)
+            lines.append(tag("tr", tag("th", tag("code", name), scope="row"), *cells))
+    if not lines:
+        return tag("p", "The runs have the same settings and differ in their motion only.")
+    head = [tag("th", text, scope="col") for text in ("setting", *(run.label for run in runs))]
+    table = tag("table", tag("thead", tag("tr", *head)), tag("tbody", *lines))
+    return tag(
+        "details",
+        tag("summary", f"Settings that differ between the runs: {len(lines)}"),
+        tag("div", table, class_="wide", tabindex="0", role="region", aria_label="Differences"),
+    )
+
+
+def _settings_by_run(runs: Sequence[Reported]) -> dict[str, list[str]]:
+    """Return every setting by its path: its value in each run."""
+    settings = [values_by_path(run.scenario) for run in runs]
+    paths = dict.fromkeys(path for values in settings for path in values)
+    return {
+        path: [str(values.get(path, ABSENT)) for values in settings]
+        for path in paths
+        if path.split(".")[0] not in NOT_COMPARED
+    }
