@@ -45,20 +45,23 @@ from fem2d.contact.laws import (
     DEFAULT_NORMAL,
     FrictionLaw,
     NormalLaw,
-    pressure_of_gap,
-    traction_of_slip,
 )
 from fem2d.contact.search import (
     DEFAULT_SEARCH,
     NONE,
     SearchSettings,
     Sides,
-    edge_point,
     first_touches,
     meetings,
     segment_ends,
 )
-from geometry2d.compiled import compiled
+from fem2d.contact.self_contact_points import (
+    SelfContactPoints,
+    SelfContactState,
+    laws_at_points,
+    pressures_at_gaps,
+    state_on_edges,
+)
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidPlacement
 
@@ -68,59 +71,6 @@ Index = NDArray[np.intp]
 
 class SelfContactError(DrinksimError):
     """A self-contact is described in a way that makes no sense."""
-
-
-@dataclass(frozen=True)
-class SelfContactState:
-    """Integration points chosen at a committed instant, and their friction.
-
-    Attributes
-    ----------
-    edge, local, weight
-        (p,) edge that carries each point, local coordinate on it, and reference area, mm², halved
-        because rays go from both sides.
-    anchor, anchor_local
-        (p,) edge and local coordinate on it from which slip is counted: what the ray met at the
-        committed instant, −1 for nothing; in a step in which the point first touches, what it
-        touches first.
-    traction
-        (p,) tangential traction, MPa, positive along the carrying edge.
-    places
-        (m, k, 2) positions of the edges' nodes at the committed instant, mm.
-    depth
-        (m,) deepest penetration of another surface through each edge at that instant, mm.
-    """
-
-    edge: Index
-    local: Array
-    weight: Array
-    anchor: Index
-    anchor_local: Array
-    traction: Array
-    places: Array
-    depth: Array
-
-
-@dataclass(frozen=True)
-class SelfContactPoints:
-    """Values at the integration points, arrays (p,) unless stated.
-
-    Pressure and shear are per reference length of the surface that carries the point.
-    """
-
-    gap: Array
-    """mm; infinite where nothing is met within reach."""
-    met_edge: Index
-    met_local: Array
-    normal: Array
-    """(p, 2) outward normal of the carrying surface."""
-    pressure: Array
-    shear: Array
-    slipping: NDArray[np.bool_]
-    pressure_slope: Array
-    """d pressure/d gap, MPa/mm."""
-    shear_by_slip: Array
-    shear_by_pressure: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,7 +265,7 @@ class SelfContact:
         normal, met, met_local, gap = meetings(
             before.edge, before.local, deformed, before.places, before.depth, self._sides
         )
-        laws = _laws(
+        laws = laws_at_points(
             gap,
             normal,
             before.edge,
@@ -395,7 +345,7 @@ class SelfContact:
         on_it = component.number[self.edges[:, 0]] != ABSENT
         number = np.where(on_it, np.cumsum(on_it) - 1, NONE)
         return ContactOnComponent(
-            replace(self, surfaces=own), lambda state: _on_edges(state, number)
+            replace(self, surfaces=own), lambda state: state_on_edges(state, number)
         )
 
     def next_state(self, response: SelfContactResponse) -> SelfContactState:
@@ -478,7 +428,7 @@ class SelfContact:
         points, before = response.points, response.before
         touching = response.touching
         traction = np.zeros(len(edge))
-        pressure = _pressures(gap, self.normal.stiffness_mpa_per_mm, self.normal.ramp_mm)
+        pressure = pressures_at_gaps(gap, self.normal.stiffness_mpa_per_mm, self.normal.ramp_mm)
         old_arc = self.arc_length(before.edge, before.local)[touching]
         old_owner = self.owner[before.edge[touching]]
         ratio = points.shear[touching] / points.pressure[touching]
@@ -513,65 +463,3 @@ def self_contacts(contacts: Iterable[Contact]) -> tuple[SelfContact, ...]:
 def self_responses(responses: Iterable[ContactResponse]) -> tuple[SelfContactResponse, ...]:
     """Return those of some responses that are of deformable surfaces."""
     return tuple(r for r in responses if isinstance(r, SelfContactResponse))
-
-
-def _on_edges(state: SelfContactState, number: Index) -> SelfContactState:
-    """Return the part of a state that belongs to some edges; anchors on others are dropped.
-
-    ``number`` (m,) is the new number of each edge, `NONE` for edges that are left out.
-    """
-    kept = number != NONE
-    here = kept[state.edge]
-    anchor = state.anchor[here]
-    return SelfContactState(
-        number[state.edge[here]],
-        state.local[here],
-        state.weight[here],
-        np.where(anchor == NONE, NONE, number[anchor]),
-        state.anchor_local[here],
-        state.traction[here],
-        state.places[kept],
-        state.depth[kept],
-    )
-
-
-@compiled
-def _laws(
-    gap: Array,
-    normal: Array,
-    edge: Index,
-    local: Array,
-    anchor: Index,
-    anchor_local: Array,
-    before: Array,
-    deformed: Array,
-    normal_stiffness: float,
-    ramp: float,
-    coefficient: float,
-    tangential_stiffness: float,
-) -> tuple[Array, Array, Array, NDArray[np.bool_], Array, Array, Array]:
-    """Apply the scalar laws to all points; a point without an anchor has no friction."""
-    count = len(gap)
-    energy, pressure, shear = np.zeros(count), np.zeros(count), np.zeros(count)
-    slope, by_slip, by_pressure = np.zeros(count), np.zeros(count), np.zeros(count)
-    slipping = np.zeros(count, np.bool_)
-    for i in range(count):
-        if gap[i] >= 0.0:
-            continue
-        energy[i], pressure[i], slope[i] = pressure_of_gap(gap[i], normal_stiffness, ramp)
-        if pressure[i] > 0.0 and anchor[i] != NONE:
-            x, y = edge_point(deformed, edge[i], local[i])[:2]
-            anchor_x, anchor_y = edge_point(deformed, anchor[i], anchor_local[i])[:2]
-            slip = -normal[i, 1] * (x - anchor_x) + normal[i, 0] * (y - anchor_y)
-            shear[i], by_slip[i], by_pressure[i], slipping[i] = traction_of_slip(
-                before[i], slip, pressure[i], coefficient, tangential_stiffness
-            )
-    return energy, pressure, shear, slipping, slope, by_slip, by_pressure
-
-
-@compiled
-def _pressures(gap: Array, stiffness: float, ramp: float) -> Array:
-    result = np.empty(len(gap))
-    for i in range(len(gap)):
-        result[i] = pressure_of_gap(gap[i], stiffness, ramp)[1]
-    return result

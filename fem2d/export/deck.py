@@ -23,25 +23,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.body.body import Body
-from fem2d.body.kinematics import Plane
-from fem2d.body.surface import Surface
-from fem2d.contact.laws import NormalLaw, pressure_of_gap
-from fem2d.contact.rigid import RigidContact, rigid_contacts
-from fem2d.contact.self_contact import self_contacts
+from fem2d.contact.rigid import rigid_contacts
+from fem2d.export.contact_cards import (
+    contact_cards,
+    contact_surfaces,
+    outlines_at_start,
+    reference_nodes,
+    rigid_body_cards,
+    rigid_name,
+    surface_cards,
+)
+from fem2d.export.tissue_cards import DeckError, spring_cards, tissue_cards
 from fem2d.loads.dead import DeadLoad
 from fem2d.loads.tie import ElasticTie
-from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
-from fem2d.materials.material import Material
-from fem2d.materials.neo_hookean import NeoHookean
-from fem2d.materials.ogden import Ogden
 from fem2d.solvers.model import Model
-from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.settings import setting
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
@@ -50,19 +50,9 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 AMPLITUDES = ("MOVE_U1", "MOVE_U2", "MOVE_UR3")
-LONGEST_ARC_RAD = np.deg2rad(150.0)
-"""Abaqus requires arcs below half a circle."""
-FACES = ("S1", "S2", "S3")
-"""Faces of a triangle: nodes 1-2, 2-3, 3-1."""
 LARGEST_RESIDUAL, LARGEST_CORRECTION = 1e-6, 1e-6
 """Where iterations end: residual over average force, and correction over increment. Unasked, both
 programs leave displacements in error by up to a hundredth of what the last increment moved."""
-CARD_WIDTH = 8
-"""Most numbers in one line of material constants."""
-
-
-class DeckError(DrinksimError):
-    """The model has a member without counterpart in a deck."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +109,7 @@ def abaqus_deck(
     """
     _check_expressible(model)
     chosen = settings or DeckSettings()
-    outlines = _outlines(model, motion, start_s)
+    outlines = outlines_at_start(model, motion, start_s)
     lines = [
         *_comment(
             title,
@@ -127,12 +117,12 @@ def abaqus_deck(
             "ties to bone are grounded springs, lumped at the nodes",
             "rigid surfaces run so that the tissue is on their left, where their normal points",
         ),
-        *_tissue(model.body, density=model.inertia.density_tonne_per_mm3,
+        *tissue_cards(model.body, density=model.inertia.density_tonne_per_mm3,
                  beta=model.inertia.relaxation_s),
-        *_springs(model.body, model.ties),
-        *_surfaces(model.body, _contact_surfaces(model)),
-        *_rigid_bodies(model, outlines, motion, start_s),
-        *_contacts(model, chosen.ramp_points),
+        *spring_cards(model.body, model.ties),
+        *surface_cards(model.body, contact_surfaces(model)),
+        *rigid_body_cards(model, outlines, motion, start_s),
+        *contact_cards(model, chosen.ramp_points),
         *_amplitudes(motion, start_s, end_s, chosen.amplitude_step_s),
         *_pull_amplitudes(model, start_s),
         *_dynamic_step(model, outlines, start_s, end_s),
@@ -161,8 +151,8 @@ def displaced_tissue_deck(
     """
     lines = [
         *_comment(title, "units: mm, N, MPa"),
-        *_tissue(body, density=0.0, beta=0.0),
-        *_springs(body, ties),
+        *tissue_cards(body, density=0.0, beta=0.0),
+        *spring_cards(body, ties),
         "*STEP, NLGEOM=YES, INC=1000",
         "*STATIC",
         "0.1, 1.0, 1e-6, 0.25",
@@ -183,233 +173,6 @@ def displaced_tissue_deck(
 
 def _comment(title: str, *notes: str) -> list[str]:
     return ["*HEADING", title, *(f"** {note}" for note in notes)]
-
-
-def _tissue(body: Body, *, density: float, beta: float) -> Iterator[str]:
-    """Yield nodes, elements, sets, materials and sections."""
-    if body.element.name not in ("T6", "T6R") or body.plane is Plane.AXISYMMETRIC:
-        raise DeckError(
-            f"a deck holds quadratic triangles in plane stress or strain, not {body.element.name} "
-            f"in plane {body.plane.name.lower()}"
-        )
-    kind = "CPS6" if body.plane is Plane.STRESS else "CPE6"
-    yield "*NODE, NSET=TISSUE"
-    for number, (x, y) in enumerate(body.nodes, start=1):
-        yield f"{number}, {x:.12g}, {y:.12g}"
-    triangles = _corners_first(body)
-    named = _names(body)
-    for name, elements in named.items():
-        yield f"*ELEMENT, TYPE={kind}, ELSET={name}"
-        for element in elements:
-            yield ", ".join(str(n) for n in (element + 1, *(triangles[element] + 1)))
-    for name in sorted(body.mesh.boundaries or {}):
-        yield f"*NSET, NSET={name.upper()}"
-        yield from _rows(body.boundary_nodes(name) + 1)
-    for name, elements in named.items():
-        material = body.materials[int(body.material_of[elements[0]])]
-        yield from _material(name, material, density, beta)
-        oriented = f", ORIENTATION={name}_FIBRES" if _fibres(material) else ""
-        yield f"*SOLID SECTION, ELSET={name}, MATERIAL={name}{oriented}"
-        yield f"{body.thickness_mm:.12g}"
-
-
-def _names(body: Body) -> dict[str, Index]:
-    """Elements of every subdomain, by the set's name."""
-    return {name.upper(): body.elements_of(name) for name in sorted(body.mesh.subdomains or {})}
-
-
-def _corners_first(body: Body) -> Index:
-    """(e, 6) nodes: corners counter-clockwise, then the middle nodes of sides 1-2, 2-3, 3-1."""
-    triangles = body.tables.connectivity
-    a, b, c = (body.nodes[triangles[:, k]] for k in range(3))
-    clockwise = (b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0]
-    turned: Index = np.where(clockwise[:, None], triangles[:, [0, 2, 1, 5, 4, 3]], triangles)
-    return turned
-
-
-def _rows(numbers: Iterable[int]) -> Iterator[str]:
-    listed = [str(number) for number in numbers]
-    for first in range(0, len(listed), 16):
-        yield ", ".join(listed[first : first + 16])
-
-
-def _material(name: str, material: Material, density: float, beta: float) -> Iterator[str]:
-    directions = _fibres(material)
-    if directions:
-        yield f"*ORIENTATION, NAME={name}_FIBRES, LOCAL DIRECTIONS={len(directions)}"
-        yield "1., 0., 0., 0., 1., 0."
-        yield "3, 0."
-        for direction in directions:
-            yield ", ".join(f"{x:.12g}" for x in direction)
-    yield f"*MATERIAL, NAME={name}"
-    if density > 0:
-        yield "*DENSITY"
-        yield f"{density:.12g}"
-    if beta > 0:
-        yield f"*DAMPING, BETA={beta:.12g}"
-    match material:
-        case NeoHookean():
-            yield "*HYPERELASTIC, NEO HOOKE"
-            yield from _constants([material.C10_mpa, material.D1_per_mpa])
-        case Ogden():
-            terms = [x for pair in zip(material.mu_mpa, material.alpha, strict=True) for x in pair]
-            missing = len(material.mu_mpa) - len(material.D_per_mpa)
-            yield f"*HYPERELASTIC, OGDEN, N={len(material.mu_mpa)}"
-            yield from _constants([*terms, *material.D_per_mpa, *[0.0] * missing])
-        case HolzapfelGasserOgden():
-            yield f"*ANISOTROPIC HYPERELASTIC, HOLZAPFEL, LOCAL DIRECTIONS={len(directions)}"
-            yield from _constants(
-                [material.C10_mpa, material.D_per_mpa, material.k1_mpa, material.k2, material.kappa]
-            )
-        case _:
-            raise DeckError(f"{name} is of {type(material).__name__}, which no deck can say")
-
-
-def _fibres(material: Material) -> tuple[tuple[float, float, float], ...]:
-    return material.fibres if isinstance(material, HolzapfelGasserOgden) else ()
-
-
-def _constants(numbers: list[float]) -> Iterator[str]:
-    for first in range(0, len(numbers), CARD_WIDTH):
-        yield ", ".join(f"{x:.12g}" for x in numbers[first : first + CARD_WIDTH])
-
-
-def _springs(body: Body, ties: Iterable[ElasticTie]) -> Iterator[str]:
-    """Yield a grounded spring for each node and direction that ties hold."""
-    stiffness = np.zeros(2 * len(body.nodes))
-    for tie in ties:
-        dofs, blocks = tie.blocks()
-        rows = blocks.sum(axis=2)  # lumped; a tie along one direction only is refused
-        np.add.at(stiffness, dofs, rows)
-    number = len(body.tables.connectivity)
-    for dof in np.flatnonzero(stiffness > 0):
-        number += 1
-        name = f"TIE_{dof // 2 + 1}_{dof % 2 + 1}"
-        yield f"*ELEMENT, TYPE=SPRING1, ELSET={name}"
-        yield f"{number}, {dof // 2 + 1}"
-        yield f"*SPRING, ELSET={name}"
-        yield f"{dof % 2 + 1}"
-        yield f"{stiffness[dof]:.12g}"
-
-
-def _surfaces(body: Body, surfaces: Mapping[str, Surface]) -> Iterator[str]:
-    triangles = _corners_first(body)
-    sides = {
-        (int(nodes[k]), int(nodes[(k + 1) % 3])): (element + 1, FACES[k])
-        for element, nodes in enumerate(triangles)
-        for k in range(3)
-    }
-    for name, surface in surfaces.items():
-        yield f"*SURFACE, NAME={name}, TYPE=ELEMENT"
-        for first, last in surface.edges[:, :2].tolist():
-            element, face = sides[first, last]
-            yield f"{element}, {face}"
-
-
-def _contact_surfaces(model: Model) -> dict[str, Surface]:
-    """Deformable surfaces by name; pairs that share one name it once."""
-    surfaces: dict[str, Surface] = {}
-    for surface in (surface for contact in model.contacts for surface in contact.surfaces):
-        surfaces.setdefault(_surface_name(model.body, surface), surface)
-    return surfaces
-
-
-def _surface_name(body: Body, surface: Surface) -> str:
-    """Return a name made of those of the boundaries that the surface consists of."""
-    wanted = {tuple(edge) for edge in surface.edges.tolist()}
-    parts = {
-        name: edges
-        for name in sorted(body.mesh.boundaries or {})
-        if (edges := {tuple(edge) for edge in body.edges(name).tolist()}) <= wanted
-    }
-    if set().union(*parts.values()) != wanted:
-        raise DeckError(
-            "a contact surface consists of no named boundaries of the mesh: name its parts"
-        )
-    return "_".join([*(name.upper() for name in parts), "FACES"])
-
-
-def _outlines(model: Model, motion: RigidMotion, start_s: float) -> dict[str, Outline]:
-    """Rigid outlines where they are at the start, by the last word of their pairs' names."""
-    start = motion.at(start_s)
-    outlines: dict[str, Outline] = {}
-    for pair in rigid_contacts(model.contacts):
-        placed = pair.outline
-        if pair.moving:
-            placed = placed.moved(start.angle_rad, start.shift_mm)
-        known = outlines.setdefault(_rigid_name(pair), placed)
-        if not np.array_equal(known.start, placed.start):
-            raise DeckError(f"two rigid outlines are called {_rigid_name(pair)}: rename a pair")
-    return outlines
-
-
-def _rigid_name(pair: RigidContact) -> str:
-    return pair.name.split()[-1].upper()
-
-
-def _reference_nodes(body: Body, outlines: Mapping[str, Outline]) -> dict[str, int]:
-    return {name: len(body.nodes) + k for k, name in enumerate(outlines, start=1)}
-
-
-def _rigid_bodies(
-    model: Model, outlines: Mapping[str, Outline], motion: RigidMotion, start_s: float
-) -> Iterator[str]:
-    moving = {_rigid_name(pair) for pair in rigid_contacts(model.contacts) if pair.moving}
-    references = _reference_nodes(model.body, outlines)
-    for name, outline in outlines.items():
-        x, y = motion.at(start_s).shift_mm if name in moving else outline.start[0].tolist()
-        yield f"*NODE, NSET={name}_REF"
-        yield f"{references[name]}, {x:.12g}, {y:.12g}"
-        yield f"*SURFACE, NAME={name}, TYPE=SEGMENTS"
-        yield from _segments(outline)
-        yield f"*RIGID BODY, REF NODE={references[name]}, ANALYTICAL SURFACE={name}"
-
-
-def _segments(outline: Outline) -> Iterator[str]:
-    """Yield an outline travelled clockwise, its outside on the left."""
-    first = outline.start[0]
-    yield f"START, {first[0]:.12g}, {first[1]:.12g}"
-    count = len(outline.start)
-    for piece in range(count - 1, -1, -1):
-        x, y = outline.start[piece]
-        bend, (cx, cy) = outline.curvature[piece], outline.centre[piece]
-        if bend == 0:
-            yield f"LINE, {x:.12g}, {y:.12g}"
-            continue
-        low, high = outline.breaks[piece], outline.breaks[piece + 1]
-        parts = int(np.ceil(abs(bend) * (high - low) / LONGEST_ARC_RAD))
-        for px, py in outline.point_at(np.linspace(high, low, parts + 1)[1:])[0]:
-            yield f"CIRCL, {px:.12g}, {py:.12g}, {cx:.12g}, {cy:.12g}"
-
-
-def _contacts(model: Model, ramp_points: int) -> Iterator[str]:
-    body = model.body
-    pairs = [
-        (_surface_name(body, pair.surface), _rigid_name(pair), pair.normal, pair.friction)
-        for pair in rigid_contacts(model.contacts)
-    ]
-    for contact in self_contacts(model.contacts):
-        names = [_surface_name(body, surface) for surface in contact.surfaces]
-        pairs += [(*both, contact.normal, contact.friction) for both in combinations(names, 2)]
-        if contact.same_surface:
-            pairs += [(name, "", contact.normal, contact.friction) for name in names]
-    for number, (name, other, normal, friction) in enumerate(pairs, start=1):
-        yield f"*SURFACE INTERACTION, NAME=INTERACTION_{number}"
-        yield f"{body.thickness_mm:.12g}"
-        yield "*FRICTION"
-        yield f"{friction.coefficient:.12g}"
-        yield "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR"
-        yield from _pressure_overclosure(normal, ramp_points)
-        yield f"*CONTACT PAIR, INTERACTION=INTERACTION_{number}, TYPE=SURFACE TO SURFACE"
-        yield f"{name}, {other}"
-
-
-def _pressure_overclosure(law: NormalLaw, points: int) -> Iterator[str]:
-    """Yield pressure against overclosure: points on the ramp, then a straight line."""
-    ramp = law.ramp_mm
-    for overclosure in (*np.linspace(0.0, ramp, points + 1), 2.0 * ramp):
-        _, pressure, _ = pressure_of_gap(-float(overclosure), law.stiffness_mpa_per_mm, law.ramp_mm)
-        yield f"{pressure:.12g}, {overclosure:.12g}"
 
 
 def _amplitudes(motion: RigidMotion, start_s: float, end_s: float, step_s: float) -> Iterator[str]:
@@ -451,8 +214,8 @@ def _pulls(model: Model) -> Iterator[str]:
 def _dynamic_step(
     model: Model, outlines: Mapping[str, Outline], start_s: float, end_s: float
 ) -> Iterator[str]:
-    references = _reference_nodes(model.body, outlines)
-    moving = {_rigid_name(pair) for pair in rigid_contacts(model.contacts) if pair.moving}
+    references = reference_nodes(model.body, outlines)
+    moving = {rigid_name(pair) for pair in rigid_contacts(model.contacts) if pair.moving}
     yield "*STEP, NAME=SIP, NLGEOM=YES, INC=100000, UNSYMM=YES"
     yield "*DYNAMIC, APPLICATION=QUASI-STATIC"
     yield f"0.001, {end_s - start_s:.9g}, 1e-09, 0.02"

@@ -12,7 +12,8 @@ from fem2d.body.kinematics import Plane
 from fem2d.contact.laws import FrictionLaw, NormalLaw, pressure_of_gap
 from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
-from fem2d.export.deck import DeckError, abaqus_deck
+from fem2d.export.deck import abaqus_deck
+from fem2d.export.tissue_cards import DeckError
 from fem2d.loads.amplitude import Amplitude
 from fem2d.loads.dead import DeadLoad
 from fem2d.loads.tie import ElasticTie

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fem2d.contact.rigid import RigidContactState
-from fem2d.contact.self_contact import SelfContactState
+from fem2d.contact.self_contact_points import SelfContactState
 from fem2d.loads.load import Load
 from fem2d.solvers.stability import Instability, Passage
 from fem2d.solvers.state import State
