@@ -28,7 +28,7 @@ def export_abaqus(run: Path, out: Path, *, progress: Progress = lambda share, te
     scenario = load_scenario(str(run / "scenario.toml"))
     ready = prepared(scenario, progress=progress)
     deck = abaqus_deck(
-        ready.lips.system,
+        ready.lips.fem_model,
         ready.motion,
         start_s=ready.start_s,
         end_s=ready.end_s,

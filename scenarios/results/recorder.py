@@ -120,12 +120,12 @@ def restored(arrays: Mapping[str, NDArray[Any]], time_s: float, like: State) -> 
     time_s
         When the state was committed, s.
     like
-        Any state of the same system: it says how many contacts there are and what each remembers.
+        Any state of the same model: it says how many contacts there are and what each remembers.
 
     Raises
     ------
     SolutionError
-        If the checkpoint is not one of this system.
+        If the checkpoint is not one of this model.
     """
     try:
         angle, x, y = arrays["placement"].tolist()

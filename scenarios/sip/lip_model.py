@@ -162,7 +162,7 @@ class Lips:
         )
 
     @cached_property
-    def system(self) -> Model:
+    def fem_model(self) -> Model:
         """Lips, ties, and what they touch."""
         contact, numerics = self.scenario.contact, self.scenario.numerics
         normal = numerics.penalty

@@ -170,7 +170,7 @@ class _Trial:
             lips=alone,
             muscle=muscle,
             search=search,
-            model=_without_neck(alone.system),
+            model=_without_neck(alone.fem_model),
             skin=skin,
             neck=neck.only(np.flatnonzero(near.any(axis=1))),
             reachable=np.asarray(near.any(axis=0)),

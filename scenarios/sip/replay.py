@@ -124,7 +124,7 @@ def prepared(scenario: Scenario, *, progress: Progress = lambda share, what: Non
     if pull is not None:
         lips = replace(lips, pull=pull.pull)
     progress(0.0, "meshing the lips")
-    start_s, end_s = _contact_period(lips.system, motion, scenario.numerics.period)
+    start_s, end_s = _contact_period(lips.fem_model, motion, scenario.numerics.period)
     if scenario.muscles is not None:
         lips = replace(lips, activations=scenario.muscles.activations(start_s))
         instants = [a.time_s[0] for a in lips.activations.values()]
@@ -214,9 +214,9 @@ def replay(
         If ``resume_from`` is of another model.
     """
     ready = prepared(scenario, progress=progress)
-    system, motion, head_angle = ready.lips.system, ready.motion, ready.placed.head_angle_rad
+    model, motion, head_angle = ready.lips.fem_model, ready.motion, ready.placed.head_angle_rad
     steps, newton = scenario.numerics.steps, scenario.numerics.newton
-    state = system.at_rest(
+    state = model.at_rest(
         Load.at(motion.at(ready.start_s), ready.start_s), next_step_s=steps.longest_s
     )
     resumed_at_s = None if resume_from is None else resume_from.time_s
@@ -241,7 +241,7 @@ def replay(
         progress(increment.relative_time, f"{increment.time_s:.2f} s of the recording")
 
     result = march(
-        system,
+        model,
         motion,
         state,
         hand=hand,
@@ -273,10 +273,10 @@ def _messages(
 ) -> tuple[str, ...]:
     """Return how a replay went, and what to mind."""
     finished = result.status is MarchStatus.FINISHED
-    system = ready.lips.system
-    near = _neighbourhood(system, ready.lips.scenario.numerics.period.near_mm)
+    model = ready.lips.fem_model
+    near = _neighbourhood(model, ready.lips.scenario.numerics.period.near_mm)
     left = not near(ready.motion.at(ready.end_s))
-    caught = _touching(system, result.state) if finished and left else ()
+    caught = _touching(model, result.state) if finished and left else ()
     all_messages = (
         messages.ending(
             result.status.value,
@@ -300,10 +300,10 @@ def _messages(
     return tuple(message for message in all_messages if message)
 
 
-def _contact_period(system: Model, motion: RigidMotion, period: Period) -> tuple[float, float]:
+def _contact_period(model: Model, motion: RigidMotion, period: Period) -> tuple[float, float]:
     """Return when the neck comes near the undeformed lips, and when it has left them for good."""
     times = np.linspace(motion.time_s[0], motion.time_s[-1], 4 * motion.time_s.size)
-    near = _neighbourhood(system, period.near_mm)
+    near = _neighbourhood(model, period.near_mm)
     first = next((k for k in range(len(times)) if near(motion.at(float(times[k])))), None)
     if first is None:
         raise ScenarioError(
@@ -317,12 +317,12 @@ def _contact_period(system: Model, motion: RigidMotion, period: Period) -> tuple
     )
 
 
-def _neighbourhood(system: Model, near_mm: float) -> Callable[[RigidPlacement], bool]:
+def _neighbourhood(model: Model, near_mm: float) -> Callable[[RigidPlacement], bool]:
     """Return what tells whether the neck is near the undeformed lips."""
-    nothing = np.zeros_like(system.body.nodes)
+    nothing = np.zeros_like(model.body.nodes)
     moving = [
         (pair.outline, pair.surface.positions(nothing).reshape(-1, 2))
-        for pair in rigid_contacts(system.contacts)
+        for pair in rigid_contacts(model.contacts)
         if pair.moving
     ]
 
@@ -335,9 +335,9 @@ def _neighbourhood(system: Model, near_mm: float) -> Callable[[RigidPlacement], 
     return near
 
 
-def _touching(system: Model, state: State) -> tuple[str, ...]:
+def _touching(model: Model, state: State) -> tuple[str, ...]:
     """Return the lips that touch the neck in a committed state."""
-    touches = system.contact_responses(state.displacement, state.placement, state)
+    touches = model.contact_responses(state.displacement, state.placement, state)
     pressed = [
         touch.contact.name
         for touch in rigid_responses(touches)

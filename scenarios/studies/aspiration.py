@@ -77,7 +77,7 @@ def aspiration_study(
                 "configuration": configuration,
                 "layers": {k: dict(c.parameters) for k, c in cards.items()},
                 "options": dataclasses.asdict(chosen),
-                "elements": int(result.model.system.body.mesh.t.shape[1]),
+                "elements": int(result.model.fem_model.body.mesh.t.shape[1]),
                 "nonlinearity": result.nonlinearity,
                 "tangent_eigenvalue_nearest_zero_n_per_mm": result.softest.tolist(),
                 "loss": loss_table(result.loss),

@@ -36,7 +36,7 @@ def plot_field(path: Path, name: str, result: Aspiration, options: SuctionOption
     """Draw the last equilibrium under the cup, coloured by strain."""
     from scenarios.studies.plots import blank_figure, draw_field, finish, labelled
 
-    body = result.model.system.body
+    body = result.model.fem_model.body
     fields = body.fields(result.last.displacement)
     strain = np.average(fields.log_strain[..., 2], axis=1, weights=fields.volume)
     figure = blank_figure(9.0, 4.6)

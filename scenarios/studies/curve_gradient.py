@@ -101,7 +101,7 @@ class SuctionCurve:
                 guess = state.displacement + move
                 found.append(
                     static_step(
-                        model.system,
+                        model.fem_model,
                         state,
                         state.load,
                         solver=self.model.solver,
@@ -133,8 +133,8 @@ class SuctionCurve:
         columns = []
         for more, less in varied:
             change = (
-                more.system.body.energy_and_force(state.displacement).force
-                - less.system.body.energy_and_force(state.displacement).force
+                more.fem_model.body.energy_and_force(state.displacement).force
+                - less.fem_model.body.energy_and_force(state.displacement).force
             ) / (2 * DIFFERENCE)
-            columns.append(-solver.solve(np.where(model.system.free, change, 0.0)))
+            columns.append(-solver.solve(np.where(model.fem_model.free, change, 0.0)))
         return np.column_stack(columns)

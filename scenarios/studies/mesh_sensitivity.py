@@ -110,7 +110,7 @@ def _row(
     return MeshRow(
         options.element,
         options.edge_mm,
-        int(curve.model.system.body.mesh.t.shape[1]),
+        int(curve.model.fem_model.body.mesh.t.shape[1]),
         apex,
         mises,
         seconds,

@@ -165,7 +165,7 @@ class Press:
         )
 
     @cached_property
-    def system(self) -> Model:
+    def fem_model(self) -> Model:
         """Lip, its fixed bottom, and the neck's lower wall."""
         body = self.body
         surface = body.surface("skin")
@@ -202,7 +202,7 @@ class Press:
             If the lip cannot carry it.
         """
         o, solver = self.options, fastest_solver()
-        below = kept_at(self.system, load=self.load(0.0))
+        below = kept_at(self.fem_model, load=self.load(0.0))
         while True:
             depth = self.indentation_mm(below) + o.step_mm
             if depth > DEEPEST * o.lip_height_mm:
@@ -212,7 +212,7 @@ class Press:
                     f"{o.force:g} N: use a smaller force or a larger lip"
                 )
             for result in static_path(
-                self.system, self.load(depth), start=below, solver=solver, settings=SEARCH
+                self.fem_model, self.load(depth), start=below, solver=solver, settings=SEARCH
             ):
                 if not result.converged:
                     raise PressError(
@@ -233,7 +233,7 @@ class Press:
         def excess(depth: float) -> float:
             nonlocal reached
             reached = static_step(
-                self.system, below, self.load(depth), solver=solver, settings=SEARCH
+                self.fem_model, below, self.load(depth), solver=solver, settings=SEARCH
             )
             error = force_n(reached) - o.force
             return 0.0 if abs(force_n(reached) / o.force - 1) < o.force_tolerance else error

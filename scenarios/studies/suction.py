@@ -218,7 +218,7 @@ class SuctionModel:
 
     Attributes
     ----------
-    system
+    fem_model
         The body, its supports, the cup and the suction.
     apex
         The node on the axis at the surface.
@@ -228,7 +228,7 @@ class SuctionModel:
         (e, q) which integration points lie in that layer under the aperture.
     """
 
-    system: Model
+    fem_model: Model
     apex: int
     upper: NDArray[np.int64]
     sucked: NDArray[np.bool_]
@@ -278,8 +278,9 @@ class SuctionModel:
         laws = tuple(layers.values())
         if len(laws) == 1:
             laws = (laws[0], laws[0])
-        system = self.system
-        return replace(self, system=replace(system, body=system.body.with_materials(laws)))
+        fem_model = self.fem_model
+        body = fem_model.body.with_materials(laws)
+        return replace(self, fem_model=replace(fem_model, body=body))
 
     def apex_mm(self, result: StaticResult) -> float:
         """Return how far the middle of the surface has risen, mm."""
@@ -302,11 +303,11 @@ class SuctionModel:
 
         Between suctions as many steps are taken as Newton's method needs.
         """
-        state = start or kept_at(self.system)
+        state = start or kept_at(self.fem_model)
         for suction in suction_kpa:
             load = Load(pressure_mpa=-suction * MPA_PER_KPA)
             state = solve_static(
-                self.system, load, start=state, solver=self.solver, threads=self.threads
+                self.fem_model, load, start=state, solver=self.solver, threads=self.threads
             )
             yield state
             if not state.converged:
@@ -320,7 +321,7 @@ class SuctionModel:
         state = start
         for apex in apex_mm:
             state = static_step(
-                self.system, state, state.load, solver=self.solver,
+                self.fem_model, state, state.load, solver=self.solver,
                 further=Steering(2 * self.apex + 1, apex), threads=self.threads,
             )  # fmt: skip
             yield state

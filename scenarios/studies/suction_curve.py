@@ -148,7 +148,7 @@ def aspirated(
     """
     model = SuctionModel.of(layers, options)
     wanted = np.linspace(0.0, options.suction_kpa, options.points + 1)[1:]
-    rest = kept_at(model.system)
+    rest = kept_at(model.fem_model)
     found = [rest]
     loss = None
     for result in model.solve_at_suctions(wanted, start=rest):
@@ -169,7 +169,7 @@ def suction_of(result: StaticResult) -> float:
 
 
 def _row(model: SuctionModel, result: StaticResult) -> tuple[float, ...]:
-    fields = model.system.body.fields(result.displacement)
+    fields = model.fem_model.body.fields(result.displacement)
     strain = fields.log_strain[model.upper]
     mises = fields.von_mises[model.sucked]
     return (
@@ -196,7 +196,7 @@ def _searched(
     for suction in np.linspace(first, to_kpa, steps + 1)[1:]:
         load = Load(pressure_mpa=-suction * MPA_PER_KPA)
         last = solve_static(
-            model.system, load, start=last, solver=model.solver, threads=model.threads
+            model.fem_model, load, start=last, solver=model.solver, threads=model.threads
         )
         if not last.converged:
             return _loss(model, last, path_step_mm)

@@ -28,11 +28,11 @@ def test_the_free_surface_is_one_line_of_skin_and_inner_side(lips: Lips, lip: st
 
 
 def test_all_that_a_lip_touches_meets_the_same_surface(lips: Lips):
-    for pair in rigid_contacts(lips.system.contacts):
+    for pair in rigid_contacts(lips.fem_model.contacts):
         lip = pair.name.split()[0]
         np.testing.assert_array_equal(pair.surface.edges, lips.free_edges(lip))
         assert pair.surface.at_nodes
-    (lip_on_lip,) = self_contacts(lips.system.contacts)
+    (lip_on_lip,) = self_contacts(lips.fem_model.contacts)
     assert [len(s.edges) for s in lip_on_lip.surfaces] == [
         len(lips.free_edges(lip)) for lip in lips.present
     ]

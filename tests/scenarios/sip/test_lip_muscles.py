@@ -34,10 +34,10 @@ def lips() -> Lips:
 def tensed(lips: Lips, activations: Mapping[str, float]) -> StaticResult:
     """Return lips and teeth, without a neck, at rest with muscles active, raised in a second."""
     rising = {name: Amplitude((0.0, 1.0), (0.0, full)) for name, full in activations.items()}
-    moving = [contact for contact in rigid_contacts(lips.system.contacts) if contact.moving]
+    moving = [contact for contact in rigid_contacts(lips.fem_model.contacts) if contact.moving]
     model = replace(
-        lips.system,
-        contacts=[contact for contact in lips.system.contacts if contact not in moving],
+        lips.fem_model,
+        contacts=[contact for contact in lips.fem_model.contacts if contact not in moving],
         loads=lip_muscles(lips.body, muscle_regions(lips.head), rising),
     )
     result = solve_static(model, Load(time_s=1.0))

@@ -43,7 +43,7 @@ def clearance_of(pull: Pull) -> float:
     """Clearance of the drawn lip from the neck, solved in one go and sampled densely."""
     alone = replace(lips(), present=("upper",))
     rising = replace(alone.load(pull), amplitude=Amplitude((0.0, 1.0), (0.0, 1.0)))
-    system = alone.system
+    system = alone.fem_model
     system = replace(
         system,
         contacts=[c for c in system.contacts if not c.name.endswith("_wall")],

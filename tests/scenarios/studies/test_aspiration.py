@@ -60,7 +60,7 @@ def test_a_test_of_twice_the_size_lifts_twice_as_far():
 
 def test_what_holds_the_slab_balances_the_cup_and_the_suction(curves):
     curve = curves["L1"]
-    system, last = curve.model.system, curve.last
+    system, last = curve.model.fem_model, curve.last
     reaction = last.reaction.reshape(-1, 2)[:, 1].sum()
     on_tissue = sum(touch.force[:, 1::2].sum() for touch in last.contacts)
     suction = system.load_force(last.displacement, last.load)[1::2].sum()
