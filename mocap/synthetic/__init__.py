@@ -1,1 +1,1 @@
-"""A virtual camera: drawn videos whose motion is known exactly."""
+"""A virtual camera: rendered videos whose motion is known exactly."""

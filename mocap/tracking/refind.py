@@ -121,8 +121,8 @@ def _hypotheses(
         chosen = {m.name: s for m, s in zip(markers, spots, strict=True) if s is not None}
         if not _all_apart(list(chosen.values()), []):
             continue
-        gap = max(marker.dropout_s for marker in markers)
-        if not _keeps_shape(chosen, mates, vectors, gap):
+        dropout_s = max(marker.dropout_s for marker in markers)
+        if not _keeps_shape(chosen, mates, vectors, dropout_s):
             continue
         if not mates and len(chosen) == 1 and not _beyond_doubt(markers, chosen, vectors):
             continue

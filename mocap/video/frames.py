@@ -136,7 +136,7 @@ class Video:
 
     @property
     def timing(self) -> Timing:
-        """Timing of the frames read so far: gaps, repeated, blended and interlaced frames."""
+        """Timing of the frames read so far: missing, repeated, blended and interlaced frames."""
         return replace(self._monitor.timing(), frames_in_file=self._frames_in_file)
 
     @property

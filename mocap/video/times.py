@@ -1,4 +1,4 @@
-"""Timing of the frames of a video: gaps, repeated and blended frames, undeclared interlacing.
+"""Timing of the frames of a video: missing, repeated and blended frames, undeclared interlacing.
 
 Undeclared interlacing shows two instants in one picture, which appears combed: where something
 moves, rows of different fields differ more than rows of the same field. Let ``a`` and ``b`` be the

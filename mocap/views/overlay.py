@@ -176,7 +176,7 @@ def _draw_panel(
     size: float,
 ) -> None:
     """Write time and relative motion on a dark strip, and the legend of the colours below."""
-    said = [f"t = {tracks.time_s[row]:6.3f} s   frame {tracks.frame[row]}"]
+    texts = [f"t = {tracks.time_s[row]:6.3f} s   frame {tracks.frame[row]}"]
     if motion_row is not None:
         x, y = motion.relative_mm[motion_row]
         sx, sy, st = motion.sigma[motion_row]
@@ -185,10 +185,10 @@ def _draw_panel(
         if motion.package_body.axis_rad is not None:
             angle = np.degrees(motion.relative_rad[motion_row])
             words += f"  turn {angle:.2f}+/-{np.degrees(st):.2f} deg"
-        said.append(words)
-    in_one = "   ".join(said)
+        texts.append(words)
+    in_one = "   ".join(texts)
     room = canvas.shape[1] - 24 * size
-    lines = [in_one] if _text_width(in_one, 0.62 * size) <= room else said
+    lines = [in_one] if _text_width(in_one, 0.62 * size) <= room else texts
     height = round((34 + 24 * (len(lines) - 1)) * size)
     # The strip is opaque over a rendered recording: it covers that recording's own caption.
     transparency = 0.0 if markers.rendered else 0.35

@@ -60,7 +60,7 @@ def summary(
             "variable_rate": timing.variable_rate,
             "repeated_frames": list(timing.repeated),
             "blended_frames": list(timing.blended),
-            "dropped_frames": [list(gap) for gap in timing.dropped],
+            "dropped_frames": [list(times) for times in timing.dropped],
             "combed_frames": list(timing.combed),
         },
         "markers": {name: _marker(measured.tracks, name) for name in measured.tracks.names},

@@ -1,1 +1,1 @@
-"""The drawn recordings of the library: a person, a package, a motion."""
+"""The rendered recordings of the library: a person, a package, a motion."""

@@ -1,4 +1,4 @@
-"""Scripted drinking motions: how head and neck move in a drawn recording.
+"""Scripted drinking motions: how head and neck move in a rendered recording.
 
 Reaching movements of people are well described by *minimum-jerk* steps (Flash & Hogan 1985), and
 longer ones by steps that overlap in time. A `PosePath` is such a sum: a starting pose and steps,

@@ -1,4 +1,4 @@
-"""A package and the hand that holds it, as drawn in the recordings.
+"""A package and the hand that holds it, as rendered in the recordings.
 
 The outline is the neck section's own, in the world plane z = 0; the hand is nearer the camera.
 """
@@ -39,7 +39,7 @@ def package_bodies(neck: NeckSection, carton: str, motion: RigidMotion) -> tuple
     Parameters
     ----------
     neck
-        The section whose outer contour is drawn; its marks become the package's markers.
+        The section whose outer contour is shown; its marks become the package's markers.
     carton
         A name in `CARTONS`.
     motion

@@ -1,4 +1,4 @@
-"""A head in profile, as drawn in the recordings.
+"""A head in profile, as rendered in the recordings.
 
 The outline of the face is the one that the simulation uses. It lies in the world plane z = 0, so
 that in the picture the neck of the package meets the lips where it meets them in the simulation.
@@ -167,13 +167,13 @@ def _mouth(section: HeadSection) -> list[ScenePolygon]:
     near = profile[:, 0] > corner[0]
     red_above = profile[near & (profile[:, 1] <= top) & (profile[:, 1] >= upper[1])]
     red_below = profile[near & (profile[:, 1] <= lower[1]) & (profile[:, 1] >= bottom)]
-    gap = np.vstack([shifted(upper, 2, 0), shifted(lower, 2, 0), corner])
+    opening = np.vstack([shifted(upper, 2, 0), shifted(lower, 2, 0), corner])
     teeth = [
         ScenePolygon(tooth.sampled(0.3), TOOTH, 0.9, 0.3, inside="mouth")
         for tooth in (section.upper_tooth, section.lower_tooth)
     ]
     return [
-        ScenePolygon(gap, MOUTH, 0.95, name="mouth", inside="face"),
+        ScenePolygon(opening, MOUTH, 0.95, name="mouth", inside="face"),
         *teeth,
         ScenePolygon(np.vstack([red_above, upper, corner]), LIP, 0.85, 0.4, inside="face"),
         ScenePolygon(np.vstack([lower, red_below, corner]), LIP, 0.85, 0.4, inside="face"),

@@ -1,4 +1,4 @@
-"""Drawn recordings of the four scenarios: a person in profile drinks from a package.
+"""Rendered recordings of the four scenarios: a person in profile drinks from a package.
 
 ``python -m scenarios.recordings.rendering A38-F --out DIR`` redraws the recording of a scenario
 from the script in its library folder, bit for bit on the same machine. The face and the neck are
@@ -83,7 +83,7 @@ def redraw(name: str, out: Path) -> None:
     """Draw a recording of the library into a folder.
 
     Writes ``recording.mp4``, ``markers.toml``, ``truth.csv`` (markers, px), ``truth_bodies.csv``
-    (placements of the drawn bodies) and ``truth_motion.csv`` (the columns of ``motion.csv``).
+    (placements of the bodies) and ``truth_motion.csv`` (the columns of ``motion.csv``).
     """
     write_script_output(script_of(name), out)
 

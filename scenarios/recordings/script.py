@@ -1,4 +1,4 @@
-"""The script of a drawn recording: who moves how, before which camera, read from TOML."""
+"""The script of a rendered recording: who moves how, before which camera, read from TOML."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ TABLES = ("recording", "camera", "sensor", "light", "head", "package")
 MOST_STEPS = 200
 LONGEST_S, MOST_PICTURES = 600.0, 20_000
 LARGEST_SIDE_PX = 8192
-"""Bounds of a recording: nobody draws more, and a disk would be full of it."""
+"""Bounds of a recording: nobody renders more, and a disk would be full of it."""
 
 
 class RenderingError(DrinksimError):
@@ -82,7 +82,7 @@ class HeadScript:
 
 @dataclass(frozen=True)
 class Script:
-    """Everything a recording is drawn from.
+    """Everything a recording is rendered from.
 
     `package` leads a point of the neck in the canonical head section (natural head position),
     where it can be compared with lips, teeth and nose.
@@ -96,14 +96,14 @@ class Script:
     package: PosePath
 
     def face(self) -> HeadSection:
-        """Return the head section that is drawn: the library's, its jaw opened as the script says.
+        """Return the head section that is rendered: the library's, with the script's open jaw.
 
         The same person drinks in all recordings.
         """
         return head_section(HeadMeasurements(jaw_opening_deg=self.head.jaw_opening_deg))
 
     def neck(self) -> NeckSection:
-        """Return the section of the neck that is drawn."""
+        """Return the section of the neck that is rendered."""
         if self.recording.neck not in NECKS:
             neck, known = quoted(self.recording.neck), ", ".join(NECKS)
             raise RenderingError(f"recording.neck = {neck}: known necks are {known}")

@@ -120,7 +120,7 @@ def restored(arrays: Mapping[str, NDArray[Any]], time_s: float, like: State) -> 
     time_s
         When the state was committed, s.
     like
-        Any state of the same model: it says how many contacts there are and what each remembers.
+        Any state of the same model: it has how many contacts there are and what each remembers.
 
     Raises
     ------

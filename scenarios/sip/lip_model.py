@@ -108,7 +108,7 @@ class Lips:
     head, neck
         Their sections, each in its own frame.
     pull
-        What draws a lip out of the neck's way; None if nothing does.
+        What pulls a lip out of the neck's way; None if nothing does.
     activations
         How active each muscle is against time (`scenarios.sip.lip_muscles.PARTS`).
     liquid

@@ -61,7 +61,7 @@ def with_lower_face_moved(head: HeadSection, shift_mm: tuple[float, float]) -> H
         return head
     by = np.asarray(shift_mm)
     step = np.diff(head.profile, axis=0)
-    below = int(np.argmax(np.hypot(*step.T))) + 1  # the gap between the lips is the longest step
+    below = int(np.argmax(np.hypot(*step.T))) + 1  # from lip to lip is the longest step
     middle = 0.5 * (head.landmarks["stomion_upper"] + head.landmarks["stomion_lower"])[1]
     lower_names = {"jaw_front", "jaw_back", "lower_incisor", "stomion_lower", "lower_lip",
                    "labrale_inferius", "sulcus", "pogonion", "menton"}  # fmt: skip

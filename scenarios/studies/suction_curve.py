@@ -117,8 +117,8 @@ class Aspiration:
 
     def difference(self, other: Aspiration) -> float:
         """Return the RMS difference of two curves of the same suctions over this one's range."""
-        gap = self.apex_mm[1:] - other.apex_mm[1:]
-        return float(np.sqrt(np.mean(gap**2)) / self.apex_mm[-1])
+        apart = self.apex_mm[1:] - other.apex_mm[1:]
+        return float(np.sqrt(np.mean(apart**2)) / self.apex_mm[-1])
 
 
 def aspirated(

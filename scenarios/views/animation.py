@@ -89,17 +89,17 @@ class _Stage:
         # matplotlib's canvas has no annotations.
         self._figure, self._canvas = figure, cast(Any, FigureCanvasAgg(figure))
         beside = run_view.recording is not None
-        gap, top, height = 16, 52, 462
-        width = (WIDTH - 3 * gap) // 2 if beside else WIDTH - 2 * gap
-        self._model = ModelPanel(figure, (WIDTH - gap - width, top, width, height), run_view)
+        margin, top, height = 16, 52, 462
+        width = (WIDTH - 3 * margin) // 2 if beside else WIDTH - 2 * margin
+        self._model = ModelPanel(figure, (WIDTH - margin - width, top, width, height), run_view)
         self._recording = (
-            RecordingPanel(figure, (gap, top, width, height), run_view, aspect=width / height)
+            RecordingPanel(figure, (margin, top, width, height), run_view, aspect=width / height)
             if beside
             else None
         )
-        _heading(figure, run_view, gap)
+        _heading(figure, run_view, margin)
         self._clock = figure.text(
-            1 - gap / WIDTH, 1 - 34 / HEIGHT, "", size=15, ha="right", color=INK
+            1 - margin / WIDTH, 1 - 34 / HEIGHT, "", size=15, ha="right", color=INK
         )
         self._strip = HistoryStrip(figure, (78, 544, 760, 126), run_view.solution, size=11)
         bars = ((900, 562, 330, 12), (900, 640, 330, 12))
@@ -167,19 +167,19 @@ def _write_gif(run_view: RunView, out: Path, progress: Progress) -> None:
 def _write_sheet(run_view: RunView, out: Path, progress: Progress) -> None:
     """Write six frames in a row: the recording above, the model below, histories under both."""
     beside = run_view.recording is not None
-    gap, cell, top, caption = 14, 388, 64, 30
+    margin, cell, top, caption = 14, 388, 64, 30
     film_high, model_high, strip_high = (292 if beside else 0), 340, 150
-    model_top = top + caption + (film_high + gap if beside else 0)
-    width = SHEET_FRAMES * (cell + gap) + gap
+    model_top = top + caption + (film_high + margin if beside else 0)
+    width = SHEET_FRAMES * (cell + margin) + margin
     strip_top = model_top + model_high + 52
     height = strip_top + strip_high + 56
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=PAPER)
     canvas = cast(Any, FigureCanvasAgg(figure))
-    _heading(figure, run_view, gap)
+    _heading(figure, run_view, margin)
     times = telling_times(run_view.solution, SHEET_FRAMES)
     for column, (time, picture) in enumerate(zip(times, run_view.pictures(times), strict=True)):
         progress(column / SHEET_FRAMES, f"frame {column + 1} of {SHEET_FRAMES}")
-        left = float(gap + column * (cell + gap))
+        left = float(margin + column * (cell + margin))
         figure.text(
             (left + 2) / width,
             1 - (top + 18) / height,

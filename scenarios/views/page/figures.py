@@ -219,8 +219,8 @@ def _contour_figure(bands: Mapping[str, _Band], highest_kpa: float) -> Figure:
         axes.set(xlim=(left, left + CONTOUR_SHOWN_MM), ylim=(bottom, top), aspect="equal")
         axes.set_axis_off()
         highest = band.pressure.max()
-        said = f"up to {highest:.0f} kPa" if highest > 0 else "not touched"
-        axes.set_title(f"{lip} wall, {said}", size=TEXT, color=INK, loc="left")
+        highest_text = f"up to {highest:.0f} kPa" if highest > 0 else "not touched"
+        axes.set_title(f"{lip} wall, {highest_text}", size=TEXT, color=INK, loc="left")
     x, y = left + CONTOUR_SHOWN_MM - 6.0, band.box[1] + 0.15
     axes.plot([x, x + 5.0], [y, y], color=INK, lw=2.5, solid_capstyle="butt")
     axes.text(x + 2.5, y + 0.2, "5 mm", size=TEXT - 1, color=INK, ha="center", va="bottom")
