@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 # Two workers, a file at a time, in order: the long files come first, so that both end together.
 PYTEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+# Bytecode is kept: workers and the many processes that tests start compile nothing again.
+unexport PYTHONDONTWRITEBYTECODE
 READY_FOR_DOCS := $(VENV)/.ready-for-docs
 
 .PHONY: demo test fast lint docs clean

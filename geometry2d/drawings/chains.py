@@ -220,8 +220,7 @@ class Chain:
                 f"{quoted(self.name)} is flattened by its transform: no area is left"
             )
         points = self.points @ linear.T + shift
-        alike = np.allclose(linear.T @ linear, scale**2 * np.eye(2), rtol=0, atol=1e-9 * scale**2)
-        if alike or not np.any(self.curvature):
+        if not np.any(self.curvature) or _is_similarity(linear, scale):
             return Chain(self.name, points, self.curvature * np.sign(determinant) / scale)
         if not np.all(np.abs(points) <= LARGEST_MM):
             return Chain.through(self.name, points)
@@ -237,6 +236,12 @@ class Chain:
                 )
             )
         return Chain.of(self.name, parts)
+
+
+def _is_similarity(linear: Array, scale: float) -> bool:
+    """Return whether a linear map (2, 2) keeps angles; ``scale``² is its change of area."""
+    square = scale**2
+    return np.allclose(linear.T @ linear, square * np.eye(2), rtol=0, atol=1e-9 * square)
 
 
 class NamedOutline(NamedTuple):

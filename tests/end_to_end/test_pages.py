@@ -13,7 +13,7 @@ from tests.support.pages import ROOT, Reader, blocks, commands, pages
 
 PAGES = pages()
 LANGUAGES = {"sh", "python", "text", "toml", "csv", "xml", ""}
-SLOW = ("tutorials/", "how-to/")
+SLOW = ("tutorials/", "how-to/", "reference/scenario")
 
 
 def name(page: Path) -> str:

@@ -12,6 +12,8 @@ from mocap.synthetic.recording_file import write_recording
 from mocap.synthetic.rendering import exposed, truth_at
 from mocap.synthetic.scene import Marker, Scene, SceneBody, ScenePolygon
 
+pytestmark = pytest.mark.slow
+
 GRAVITY_MM_PER_S2 = 9810.0
 FPS, FRAMES = 60.0, 46
 LEFT, RIGHT = (-400.0, 300.0), (400.0, 300.0)

@@ -52,7 +52,7 @@ def supported(body, pairs, *, symmetric=False, **options):
         slow("Q4", 0.04, GAUSS_2),
         slow("T6", 0.05, GAUSS_4),
         ("Q4", 0.04, NODES),
-        ("T6", 0.05, NODES),
+        slow("T6", 0.05, NODES),
     ],
 )
 def test_hertz_cylinder(element, finest, sampled):

@@ -14,6 +14,7 @@ from fem2d.solvers.step_control import StepSettings
 from fem2d.solvers.stepper import attempt
 from geometry2d.rigid import RigidMotion, rotated
 from tests.support.contact_models import FINE, LIP_PRESS, followed, force_on_tissue, lip_press, path
+from tests.support.marks import slow
 from tests.support.optional import needed_module
 
 MODEL = {"columns": 50, "rows": 10, "points": 3, "friction": FrictionLaw(0.3, 10.0)}
@@ -60,7 +61,7 @@ def test_action_equals_reaction():
     assert abs(moment) < 1e-8 * size * 20
 
 
-@pytest.mark.parametrize(("instant", "least", "most"), [(1.25, 0.1, 0.9), (2.0, 1.0, 1.0)])
+@pytest.mark.parametrize(("instant", "least", "most"), [slow(1.25, 0.1, 0.9), slow(2.0, 1.0, 1.0)])
 def test_a_held_load_does_not_creep(instant, least, most):
     # Held for 200 increments where some points stick and others are at the bound, and where all
     # are at the bound.
@@ -82,7 +83,7 @@ def test_a_held_load_does_not_creep(instant, least, most):
     )
 
 
-@pytest.mark.parametrize("angle", [0.6, -2.1])
+@pytest.mark.parametrize("angle", [0.6, slow(-2.1)])
 def test_turning_the_whole_problem_turns_the_result(angle):
     plain, motion = pressed_and_dragged()
     turned = lip_press(**MODEL, angle=angle)

@@ -100,6 +100,7 @@ def plate_on_rigid_plane(cells, element):
     return 1e3 * np.interp([0, 1.25, 5, 7.5, 11.25], body.nodes[foot, 0], u[foot, 0])
 
 
+@pytest.mark.slow
 def test_plate_on_a_rigid_plane_with_friction_one():
     # Feijóo, Barbosa and Zouain; Code_Aster's SSNV128 asks for 5 %.
     published = [28.6, 27.2, 22.8, 19.8, 15.0]

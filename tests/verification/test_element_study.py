@@ -23,6 +23,7 @@ from scenarios.studies.element import (
     figure_materials,
 )
 from scenarios.studies.element_types import beam_tip, square_stresses, zero_energy_modes
+from tests.support.marks import slow
 
 
 def rows_of(path: Path) -> tuple[list[str], np.ndarray]:
@@ -31,7 +32,7 @@ def rows_of(path: Path) -> tuple[list[str], np.ndarray]:
     return header, np.array(rows, float)
 
 
-@pytest.mark.parametrize("mode", ["uniaxial", "equibiaxial", "planar", "compression"])
+@pytest.mark.parametrize("mode", ["uniaxial", *map(slow, ("equibiaxial", "planar", "compression"))])
 def test_files_of_a_study(tmp_path: Path, mode: str) -> None:
     out = tmp_path / "study"
     options = ElementOptions(mode=mode, points=40)  # type: ignore[arg-type]

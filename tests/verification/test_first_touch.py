@@ -21,6 +21,7 @@ from tests.support.contact_models import (
     still,
     unknowns,
 )
+from tests.support.marks import slow
 from tests.support.two_bodies import between, joined
 
 GAP_MM, PRESSED_MM = 0.1, 0.02
@@ -76,7 +77,7 @@ def shear_along_lower(touch):
 
 
 @pytest.mark.parametrize("increments", [1, 4])
-@pytest.mark.parametrize(("across", "reach"), [(0.12, 0.2), (0.12, 0.05), (-0.3, 0.2)])
+@pytest.mark.parametrize(("across", "reach"), [(0.12, 0.2), slow(0.12, 0.05), slow(-0.3, 0.2)])
 def test_a_slanted_fall_in_long_steps_ends_with_the_friction_of_short_ones(
     across, reach, increments
 ):
@@ -88,6 +89,7 @@ def test_a_slanted_fall_in_long_steps_ends_with_the_friction_of_short_ones(
     assert found == pytest.approx(many, rel=0.005)
 
 
+@pytest.mark.slow
 def test_shear_points_where_the_tissue_is_pushed_from_the_first_touch_on():
     # A bulging block spreads the soft one below it: shear to both sides, whatever the way through
     # air. It touches at many instants, of which one step foresees those without contact.

@@ -24,6 +24,7 @@ from fem2d.solvers.step_control import StepSettings
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
 from tests.support.contact_models import FINE, block, linear_elastic
+from tests.support.marks import slow
 from tests.support.two_bodies import between, joined
 
 GAP_MM = 0.3
@@ -141,7 +142,7 @@ def test_what_touches_nothing_of_the_other_takes_no_iterations_of_the_whole(monk
     assert set(asked) == {0}
 
 
-@pytest.mark.parametrize("down_mm", [0.1, 0.6])
+@pytest.mark.parametrize("down_mm", [0.1, slow(0.6)])
 def test_components_and_whole_go_the_same_way(monkeypatch, down_mm):
     """Apart all the time, or pressed on each other, which no component by itself knows of."""
     system, motion = two_blocks(), pushed(down_mm)
@@ -163,6 +164,7 @@ def test_components_and_whole_go_the_same_way(monkeypatch, down_mm):
     assert peaks[0] == pytest.approx(peaks[1], rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_march_by_components_goes_on_bit_for_bit_from_any_state():
     system, motion = two_blocks(), pushed(0.6)
     commits = marched(system, motion)

@@ -10,6 +10,8 @@ from fem2d.contact.laws import FrictionLaw, NormalLaw, pressure_of_gap, traction
 from fem2d.contact.rigid import RigidContact, RigidContactState
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidPlacement
+from tests.support.differences import central_differences, stiffness_and_differences
+from tests.support.differences import total_force as force_at
 
 THREADED = Outline.from_corners(
     [[0, 0], [12, 0], [12, 4], [9, 4], [8.2, 5], [7, 5], [6.2, 4], [4, 4], [3, 5], [2, 5],
@@ -55,10 +57,7 @@ def pressed(contact: RigidContact, seed: int) -> tuple[np.ndarray, RigidContactS
 
 
 def total_force(contact, displacement, history, placement=PLACEMENT):
-    response = contact.evaluate(displacement, placement, history)
-    force = np.zeros(displacement.size)
-    np.add.at(force, response.dofs, response.force)
-    return force, response
+    return force_at(contact, displacement, history, placement)
 
 
 @pytest.mark.parametrize("points", [GAUSS, WATCHED])
@@ -74,19 +73,8 @@ def test_stiffness_is_the_derivative_of_the_force(coefficient, state, edge_nodes
         assert response.points.slipping[touching].mean() > 0.5
     if state == "stick":
         assert (~response.points.slipping[touching]).mean() > 0.5
-    stiffness = np.zeros((displacement.size, displacement.size))
-    for dofs, block in zip(response.dofs, contact.tangent(response), strict=True):
-        stiffness[np.ix_(dofs, dofs)] += block
+    stiffness, numeric = stiffness_and_differences(contact, displacement, history, PLACEMENT)
     assert np.abs(stiffness).max() > 1.0
-    step = 1e-7
-    numeric = np.empty_like(stiffness)
-    for dof in range(displacement.size):
-        shift = np.zeros(displacement.size)
-        shift[dof] = step
-        shift = shift.reshape(displacement.shape)
-        plus, _ = total_force(contact, displacement + shift, history)
-        minus, _ = total_force(contact, displacement - shift, history)
-        numeric[:, dof] = (plus - minus) / (2 * step)
     # A Gauss point that switches between stick and slip, or between line and arc, within the
     # difference step has no derivative; with these seeds none does.
     np.testing.assert_allclose(stiffness, numeric, atol=2e-6 * np.abs(stiffness).max())
@@ -98,15 +86,9 @@ def test_force_is_minus_the_derivative_of_the_penalty_energy(points):
     displacement, history = pressed(contact, 5)
     force, _ = total_force(contact, displacement, history)
     assert np.abs(force).max() > 0.01
-    step = 1e-6
-    numeric = np.empty_like(force)
-    for dof in range(force.size):
-        shift = np.zeros(force.size)
-        shift[dof] = step
-        shift = shift.reshape(displacement.shape)
-        plus = contact.evaluate(displacement + shift, PLACEMENT, history).energy
-        minus = contact.evaluate(displacement - shift, PLACEMENT, history).energy
-        numeric[dof] = -(plus - minus) / (2 * step)
+    numeric = -central_differences(
+        lambda u: contact.evaluate(u, PLACEMENT, history).energy, displacement, 1e-6
+    )
     np.testing.assert_allclose(force, numeric, atol=1e-7 * np.abs(force).max() + 1e-9)
 
 

@@ -11,6 +11,8 @@ from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.self_contact import NONE, SelfContact, SelfContactError
 from geometry2d.rigid import RigidPlacement, rotated
+from tests.support.differences import stiffness_and_differences
+from tests.support.differences import total_force as force_at
 
 NOWHERE = RigidPlacement(0.0, (0.0, 0.0))
 
@@ -65,10 +67,7 @@ def pressed(contact, seed, size=0.05):
 
 
 def total(contact, displacement, history):
-    response = contact.evaluate(displacement, NOWHERE, history)
-    force = np.zeros(displacement.size)
-    np.add.at(force, response.dofs, response.force)
-    return force, response
+    return force_at(contact, displacement, history, NOWHERE)
 
 
 @pytest.mark.parametrize("corner", [False, True])
@@ -90,20 +89,8 @@ def test_stiffness_is_the_derivative_of_the_force(coefficient, state, nodes_per_
 
 
 def assert_stiffness_is_derivative(contact, displacement, history):
-    _, response = total(contact, displacement, history)
-    stiffness = np.zeros((displacement.size, displacement.size))
-    for dofs, block in zip(response.dofs, contact.tangent(response), strict=True):
-        np.add.at(stiffness, np.ix_(dofs, dofs), block)
+    stiffness, numeric = stiffness_and_differences(contact, displacement, history, NOWHERE)
     assert np.abs(stiffness).max() > 0.5
-    step = 1e-7
-    numeric = np.empty_like(stiffness)
-    for dof in range(displacement.size):
-        shift = np.zeros(displacement.size)
-        shift[dof] = step
-        shift = shift.reshape(displacement.shape)
-        plus, _ = total(contact, displacement + shift, history)
-        minus, _ = total(contact, displacement - shift, history)
-        numeric[:, dof] = (plus - minus) / (2 * step)
     np.testing.assert_allclose(stiffness, numeric, atol=3e-6 * np.abs(stiffness).max())
 
 

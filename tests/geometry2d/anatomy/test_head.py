@@ -60,7 +60,7 @@ def closed(measurements):
 
 
 @given(heads)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_every_ordinary_person_gives_two_separate_sound_bodies(measurements):
     head = head_section(measurements)
 
@@ -84,7 +84,7 @@ def test_every_ordinary_person_gives_two_separate_sound_bodies(measurements):
 
 
 @given(heads)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_measuring_the_head_gives_the_measurements(measurements):
     m = measurements
     head = closed(m)
@@ -122,7 +122,7 @@ def nearest_index(curve, point):
 
 
 @given(heads)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_nasolabial_angle_measured_on_the_skin(measurements):
     """Between the lip's foremost point, subnasale, and the middle of the columella."""
     head = closed(measurements)
@@ -138,7 +138,7 @@ def test_nasolabial_angle_measured_on_the_skin(measurements):
 
 
 @given(heads)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_mentolabial_angle_measured_on_the_skin(measurements):
     """Between the tangents of the lip, where its red part ends, and of the chin's steepest part."""
     head = closed(measurements)

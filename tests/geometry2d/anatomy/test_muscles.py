@@ -126,11 +126,11 @@ def test_fibres_of_both_lips_are_curved_towards_the_opening(head):
 def test_the_share_is_one_inside_none_outside_and_adds_up_to_the_area():
     region = muscle_regions(head_section())["mentalis"]
     low, high = region.polygon.min(axis=0) - 1, region.polygon.max(axis=0) + 1
-    x, y = (np.arange(a, b, 0.05) for a, b in zip(low, high, strict=True))
+    x, y = (np.arange(a, b, 0.1) for a, b in zip(low, high, strict=True))
     points = np.stack(np.meshgrid(x, y), axis=-1)
     share = region.share(points)
     assert share.shape == points.shape[:2]
-    assert share.sum() * 0.05**2 == pytest.approx(region.area_mm2, rel=0.01)
+    assert share.sum() * 0.1**2 == pytest.approx(region.area_mm2, rel=0.01)
     polygon = shapely.Polygon(region.polygon)
     spots = shapely.points(points)
     deep = shapely.contains(polygon.buffer(-region.edge_mm), spots)

@@ -19,6 +19,7 @@ from geometry2d.drawings.drawn_head import OPEN, TEETH, HeadDrawing, drawn_head
 from geometry2d.drawings.stl import CutPlane, cut, read_stl
 from geometry2d.mesh import LEVELS, section_mesh
 from geometry2d.mesh_quality import mesh_quality
+from tests.support.marks import slow
 
 LIPS = ("upper", "lower")
 SAME_MM = 2e-3
@@ -81,7 +82,7 @@ def dxf_file(tmp_path, drawing):
 
 
 @pytest.mark.parametrize("written", [svg_file, dxf_file])
-@pytest.mark.parametrize("interface", [True, False])
+@pytest.mark.parametrize("interface", [slow(True), False])
 def test_the_measured_head_drawn_comes_back(tmp_path, written, interface):
     drawing = HeadDrawing.of(measured())
     if not interface:
@@ -93,6 +94,7 @@ def test_the_measured_head_drawn_comes_back(tmp_path, written, interface):
     assert again.tie_fade_mm == 4.0
 
 
+@pytest.mark.slow
 def test_a_drawn_interface_lets_the_dermis_vary(tmp_path):
     head = head_section(HeadMeasurements(philtrum_dermis_mm=1.6, chin_dermis_mm=1.2))
     assert_same(

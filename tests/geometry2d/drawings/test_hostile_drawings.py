@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
 from pathlib import Path
 
 import ezdxf
@@ -14,9 +15,15 @@ from geometry2d.drawings.drawing_file import drawn_outlines
 from geometry2d.drawings.drawn_neck import drawn_neck
 from geometry2d.drawings.stl import read_stl
 from tests.support.hostile_drawings import DXF, SHEET, SVG, dxf, svg
+from tests.support.marks import slow
 
 
-@pytest.mark.parametrize("name", SVG)
+def cases(names: Iterable[str]) -> list[object]:
+    """What is refused for its size takes long to be read."""
+    return [slow(name) if name.startswith("many") else name for name in names]
+
+
+@pytest.mark.parametrize("name", cases(SVG))
 def test_a_hostile_svg_drawing_is_refused_by_what_is_wrong(tmp_path: Path, name: str):
     file = svg(name, tmp_path)
     with pytest.raises(DrawingError, match=rf"hostile\.svg.*{SVG[name][2]}") as caught:
@@ -26,7 +33,7 @@ def test_a_hostile_svg_drawing_is_refused_by_what_is_wrong(tmp_path: Path, name:
         drawn_neck(file)
 
 
-@pytest.mark.parametrize("name", DXF)
+@pytest.mark.parametrize("name", cases(DXF))
 def test_a_hostile_dxf_drawing_is_refused_by_what_is_wrong(tmp_path: Path, name: str):
     file = dxf(name, tmp_path)
     with pytest.raises(DrawingError, match=rf"hostile\.dxf.*{DXF[name][1]}"):

@@ -145,6 +145,7 @@ def test_costly_and_wrong_tables_are_refused(tmp_path: Path, name: str, text: st
     assert name in str(caught.value) and len(str(caught.value)) < 500
 
 
+@pytest.mark.slow
 def test_many_columns_are_paired_in_time(tmp_path: Path):
     count = 60_000
     columns = "\t".join(["x"] * count + ["y"])

@@ -104,6 +104,7 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
+@pytest.mark.slow
 def test_a_package_that_turns_out_of_the_plane_for_a_moment(tmp_path: Path) -> None:
     found, about, place = measured(tmp_path, turn_deg=for_a_while(25, 0.4, 1.2))
     scale = found.scales["package"]
@@ -132,6 +133,7 @@ def test_a_package_that_turns_slowly_is_not_followed_as_depth(tmp_path: Path) ->
     assert rms(found.motion.relative_mm - place) < 1.0
 
 
+@pytest.mark.slow
 def test_a_package_that_comes_nearer_for_a_moment_is_not_said_to_turn(tmp_path: Path) -> None:
     found, about, _ = measured(tmp_path, growth=for_a_while(0.06, 0.4, 1.2))
     scale = found.scales["package"]

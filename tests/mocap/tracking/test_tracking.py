@@ -26,6 +26,7 @@ from mocap.video.frames import Video
 from mocap.views.overlay import draw_frame
 from mocap.views.summary import depth_effect
 from tests.support.clips import Clip
+from tests.support.marks import slow
 
 SMALL = Clip(width=480, height=300, px_per_mm=1.45, frames=36)
 
@@ -75,8 +76,8 @@ def test_errors_do_not_depend_on_the_place_within_a_pixel() -> None:
     "clip",
     [
         replace(SMALL, seed=1, full_well_e=4000, exposure_s=0.01, crf=20),
-        replace(SMALL, seed=2, full_well_e=4000, fps=50, uneven_times=True, crf=20),
-        replace(SMALL, seed=3, full_well_e=4000, lens=(-0.15, 0.05), crf=18),
+        slow(replace(SMALL, seed=2, full_well_e=4000, fps=50, uneven_times=True, crf=20)),
+        slow(replace(SMALL, seed=3, full_well_e=4000, lens=(-0.15, 0.05), crf=18)),
         replace(SMALL, seed=4, mark_colour=(0.97, 0.97, 0.97), package_colour=(0.1, 0.2, 0.45)),
     ],
     ids=["noise and blur", "uneven times", "lens", "light marks"],
@@ -90,6 +91,7 @@ def test_realistic_clips_to_a_tenth_of_a_pixel(clip: Clip) -> None:
     assert np.degrees(rms(measured.motion.relative_rad - turn)) < 0.35
 
 
+@pytest.mark.slow
 def test_every_marker_is_itself_again_after_a_hand_passed() -> None:
     """The hand carries dark spots of its own and hides three markers for twelve frames."""
     clip = replace(SMALL, seed=5, frames=40, occluded=(0.5, 0.98), full_well_e=4000, crf=20)
@@ -107,13 +109,13 @@ def test_every_marker_is_itself_again_after_a_hand_passed() -> None:
     assert within.mean() > 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "clip",
     [
         replace(SMALL, seed=6, head_depth_mm=65.0, full_well_e=6000),
-        pytest.param(
+        slow(
             Clip(1, 1280, 720, 2.9, frames=40, head_depth_mm=65.0, full_well_e=5000, crf=20),
-            marks=pytest.mark.slow,
         ),
     ],
     ids=["480x300", "1280x720"],
@@ -181,6 +183,7 @@ def test_markers_without_positions_are_told_by_their_layout() -> None:
         np.testing.assert_allclose(again.of(name)[0], tracks.of(name)[0][: len(again.frame)])
 
 
+@pytest.mark.slow
 def test_a_clip_corrected_by_hand(tmp_path: Path) -> None:
     video, markers, _ = drawn(SMALL)
     first = convert(video, markers, out=tmp_path / "first")
@@ -354,6 +357,7 @@ def test_broken_tracks_are_named(tmp_path: Path, old: str, new: str, words: str)
         read_tracks(path)
 
 
+@pytest.mark.slow
 def test_a_marker_that_never_returns_ends_the_motion() -> None:
     clip = replace(SMALL, seed=8, frames=30, occluded=(0.8, 9.0))
     tracks, measured, _ = tracked(clip)

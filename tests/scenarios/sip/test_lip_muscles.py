@@ -17,6 +17,7 @@ from geometry2d.anatomy.muscles import muscle_regions
 from scenarios.settings.scenario import load_scenario
 from scenarios.sip.lip_model import Lips
 from scenarios.sip.lip_muscles import PARTS, lip_muscles
+from tests.support.marks import slow
 
 ORBICULARIS = ("upper_orbicularis", "lower_orbicularis")
 
@@ -76,8 +77,8 @@ def test_a_body_without_a_lip_has_none_of_its_muscles(lips):
         ("levator", "upper_lip", 1),
         ("depressor", "lower_lip", -1),
         ("mentalis", "stomion_lower", 1),
-        ("upper_orbicularis", "stomion_upper", -1),
-        ("lower_orbicularis", "stomion_lower", 1),
+        slow("upper_orbicularis", "stomion_upper", -1),
+        slow("lower_orbicularis", "stomion_lower", 1),
     ],
 )
 def test_each_muscle_moves_its_lip_the_way_it_is_named_for(lips, muscle, landmark, upwards):
@@ -87,6 +88,7 @@ def test_each_muscle_moves_its_lip_the_way_it_is_named_for(lips, muscle, landmar
     assert np.abs(moved(lips, result, other)).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_orbicularis_presses_the_lips_on_the_teeth(lips):
     result = tensed(lips, dict.fromkeys(ORBICULARIS, 0.1))
     for contact, touch in zip(result.balance.model.contacts, result.contacts, strict=True):
@@ -102,7 +104,8 @@ def lip_on_lip(result: StaticResult) -> tuple[float, float]:
     return float(np.sum(touch.points.pressure[touch.touching] * weight)), float(weight.sum())
 
 
-@pytest.mark.parametrize("plane", ["stress", pytest.param("strain", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("plane", ["stress", "strain"])
 def test_closed_lips_press_each_other_as_lips_of_people_do(plane):
     """With the teeth closed, a fifth of the largest activation closes lips that were 2.4 mm apart.
 

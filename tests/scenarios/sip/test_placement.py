@@ -82,7 +82,7 @@ def test_a_recording_that_fits_is_not_moved(name):
 @pytest.mark.parametrize(
     "wrong",
     [
-        Shift(2.0, -3.0),
+        pytest.param(Shift(2.0, -3.0), marks=pytest.mark.slow),
         Shift(-1.5, 2.5),
         pytest.param(Shift(3.0, 1.0, turn_deg=4.0), marks=pytest.mark.slow),
         pytest.param(Shift(-2.0, 2.0, turn_deg=-3.0), marks=pytest.mark.slow),
@@ -132,6 +132,7 @@ def test_the_lower_face_is_found_where_only_it_is_misplaced():
     assert placed.head.upper is parts("A38-F")[2].upper
 
 
+@pytest.mark.slow
 def test_the_smallest_shift_is_taken_and_what_nothing_fixes_is_said():
     """One time fixes one combination of shifts: the answer lies along it, and is no longer."""
     _, _, _, seen = parts("A38-F")

@@ -90,6 +90,7 @@ def test_a_replay_that_stops_is_a_solution_and_one_of_nothing_an_error(
         scenario.solve()
 
 
+@pytest.mark.slow
 def test_a_page_about_a_solution_in_memory_is_the_one_about_its_run_directory(
     scenario: Scenario, tmp_path: Path
 ) -> None:

@@ -130,6 +130,7 @@ def test_command_line_refuses_in_one_line(tmp_path: Path, capsys: pytest.Capture
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_thickness_matters_less_for_ogden_than_for_gasser(tmp_path: Path):
     effect = {}
     for name in ("L2-Ogden", "L2-GOH"):
@@ -139,6 +140,7 @@ def test_thickness_matters_less_for_ogden_than_for_gasser(tmp_path: Path):
     assert 1.0 < effect["L2-Ogden"] < effect["L2-GOH"]
 
 
+@pytest.mark.slow
 def test_the_bulk_dominates_the_dermis(tmp_path: Path):
     sensitivity_study("L2-Ogden", "parameters", tmp_path / "out", FEW)
     with (tmp_path / "out" / "ranking.csv").open(encoding="utf-8") as file:

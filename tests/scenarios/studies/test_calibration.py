@@ -69,6 +69,7 @@ def test_l1_comes_back_to_its_own_parameter(target: Path, tmp_path: Path):
     assert result["solves"] <= 10
 
 
+@pytest.mark.slow
 def test_l2_ogden_fits_within_forty_tests_and_names_its_limits(target: Path, tmp_path: Path):
     result = calibration_study("L2-Ogden", target, tmp_path / "out", COARSE)
     table = json.loads((tmp_path / "out" / "calibration.json").read_text(encoding="utf-8"))
@@ -85,6 +86,7 @@ def test_l2_ogden_fits_within_forty_tests_and_names_its_limits(target: Path, tmp
     assert correlation["dermis.mu_mpa"]["bulk.C10_mpa"] < -0.9
 
 
+@pytest.mark.slow
 def test_an_interrupted_calibration_goes_on_where_it_was(target: Path, tmp_path: Path):
     class Stop(Exception):
         pass

@@ -23,8 +23,10 @@ from scenarios.views.plots import imprint, plot_histories, plot_imprint
 from scenarios.views.run_view import RunView, RunViewError
 from scenarios.views.scene import SHOWN, SectionArtists, boundary_loops, colour_limits
 from tests.support.made_up_sip import PICTURE_ORIGIN, PICTURE_SCALE, UPPER_MOUTH
+from tests.support.marks import slow
 
 
+@pytest.mark.slow
 def test_a_film_plays_in_a_browser(run_directory: Path, tmp_path: Path) -> None:
     animate(run_directory, tmp_path / "sip.mp4", beside_video=True)
     with av.open(str(tmp_path / "sip.mp4")) as film:
@@ -71,7 +73,7 @@ def test_frames_depend_on_their_time_alone(run_directory: Path) -> None:
     np.testing.assert_array_equal(once[1], alone[0])
 
 
-@pytest.mark.parametrize("beside", [True, False])
+@pytest.mark.parametrize("beside", [True, slow(False)])
 def test_a_contact_sheet_has_six_frames(run_directory: Path, tmp_path: Path, beside: bool) -> None:
     animate(run_directory, tmp_path / "sip.png", beside_video=beside)
     with Image.open(tmp_path / "sip.png") as sheet:
@@ -79,6 +81,7 @@ def test_a_contact_sheet_has_six_frames(run_directory: Path, tmp_path: Path, bes
         assert sheet.height > (800 if beside else 500)
 
 
+@pytest.mark.slow
 def test_a_gif_repeats(run_directory: Path, tmp_path: Path) -> None:
     animate(run_directory, tmp_path / "sip.gif", field="log_strain_min")
     with Image.open(tmp_path / "sip.gif") as gif:

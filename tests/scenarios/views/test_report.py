@@ -182,6 +182,7 @@ def test_the_numbers_are_the_runs(one: Page, run_directory: Path) -> None:
     assert one.row("deepest penetration, neck") == ["–"]
 
 
+@pytest.mark.slow
 def test_runs_of_one_scenario_are_told_apart_and_forces_are_per_width(
     run_directory: Path, tmp_path: Path
 ) -> None:
@@ -212,6 +213,7 @@ def test_the_page_holds_what_repeats_the_run(one: Page, run_directory: Path) -> 
     assert len(lines) == Solution.load(run_directory).time_s.size
 
 
+@pytest.mark.slow
 def test_the_same_runs_give_the_same_bytes(
     one_file: Path, run_directory: Path, tmp_path: Path
 ) -> None:
@@ -220,6 +222,7 @@ def test_the_same_runs_give_the_same_bytes(
     assert [path.name for path in tmp_path.iterdir()] == ["again.html"]
 
 
+@pytest.mark.slow
 def test_names_of_runs_are_no_formulas(run_directory: Path, tmp_path: Path) -> None:
     other = renamed(run_directory, tmp_path / "other", HOSTILE)
     plot_histories([run_directory, other], tmp_path / "histories.png")
@@ -228,6 +231,7 @@ def test_names_of_runs_are_no_formulas(run_directory: Path, tmp_path: Path) -> N
     assert (tmp_path / "sheet.png").is_file()
 
 
+@pytest.mark.slow
 def test_a_lost_recording_is_said(run_directory: Path, tmp_path: Path) -> None:
     lost = tmp_path / "lost"
     shutil.copytree(run_directory, lost)
