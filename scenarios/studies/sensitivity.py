@@ -8,7 +8,7 @@ every parameter ± 10 % (Figures 3.18 and 3.19), and elements of several types a
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.materials.library import MaterialCard, configuration_cards
+from fem2d.materials.material import Material
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress
@@ -67,6 +68,16 @@ class Variation:
     effect: float
 
 
+@dataclass(frozen=True)
+class _Case:
+    """A test to compute: name and factor of its :class:`Variation`, materials, and options."""
+
+    name: str
+    factor: str
+    layers: Mapping[str, Material]
+    options: CurveOptions
+
+
 def sensitivity_study(
     configuration: str,
     kind: str,
@@ -109,8 +120,8 @@ def sensitivity_study(
             messages = mesh_study(folder, configuration, layers, chosen, progress)
         else:
             standard = aspirated(layers, chosen)
-            vary = _thickness if kind == "thickness" else _parameters
-            variations = vary(cards, chosen, standard, progress)
+            cases = (_thickness_cases if kind == "thickness" else _parameter_cases)(cards, chosen)
+            variations = list(_varied(list(cases), standard, progress))
             messages = _written(folder, configuration, kind, standard, variations)
         write_summary(
             folder,
@@ -124,50 +135,38 @@ def sensitivity_study(
     return StudyResult(out, messages)
 
 
-def _thickness(
-    cards: Mapping[str, MaterialCard],
-    options: CurveOptions,
-    standard: Aspiration,
-    progress: Progress,
-) -> list[Variation]:
+def _thickness_cases(cards: Mapping[str, MaterialCard], options: CurveOptions) -> Iterator[_Case]:
+    """Yield each layer thinner and thicker."""
     layers = [layer for layer in list(cards)[:-1] if layer in THICKNESS_MM]
     if not layers:
         raise SensitivityError(
             f"{' and '.join(cards)} is a single layer: its thickness is the slab's, vary "
             "slab_height_mm with aspirate"
         )
-    cases = [
-        (layer, word, thickness)
-        for layer in layers
-        for word, thickness in zip(("thin", "thick"), THICKNESS_MM[layer][::2], strict=True)
-    ]
-    found: list[Variation] = []
-    for layer, word, thickness in cases:
-        progress(len(found) / len(cases), f"{word} {layer}")
-        changed = table_from(CurveOptions, {f"{layer}_mm": thickness}, where="", base=options)
-        curve = aspirated({name: card.material for name, card in cards.items()}, changed)
-        effect = standard.difference(curve)
-        found.append(Variation(f"{word} {layer}, {thickness:g} mm", layer, curve, effect))
-    return found
+    materials = {name: card.material for name, card in cards.items()}
+    for layer in layers:
+        for word, thickness in zip(("thin", "thick"), THICKNESS_MM[layer][::2], strict=True):
+            changed = table_from(CurveOptions, {f"{layer}_mm": thickness}, where="", base=options)
+            yield _Case(f"{word} {layer}, {thickness:g} mm", layer, materials, changed)
 
 
-def _parameters(
-    cards: Mapping[str, MaterialCard],
-    options: CurveOptions,
-    standard: Aspiration,
-    progress: Progress,
-) -> list[Variation]:
-    parameters = parameters_of(cards)
-    found: list[Variation] = []
-    for parameter in parameters:
+def _parameter_cases(cards: Mapping[str, MaterialCard], options: CurveOptions) -> Iterator[_Case]:
+    """Yield each material parameter smaller and larger."""
+    for parameter in parameters_of(cards):
         value = number_of(cards[parameter.layer].parameters[parameter.key])
-        for sign in (-1, 1):
-            progress(len(found) / (2 * len(parameters)), parameter.name)
-            layers = layers_with(cards, (parameter,), [value * (1 + sign * CHANGE)])
-            curve = aspirated(layers, options)
-            name = f"{100 * (1 + sign * CHANGE):.0f} % {parameter.name}"
-            found.append(Variation(name, parameter.name, curve, standard.difference(curve)))
-    return found
+        for factor in (1 - CHANGE, 1 + CHANGE):
+            layers = layers_with(cards, (parameter,), [value * factor])
+            name = f"{100 * factor:.0f} % {parameter.name}"
+            yield _Case(name, parameter.name, layers, options)
+
+
+def _varied(
+    cases: Sequence[_Case], standard: Aspiration, progress: Progress
+) -> Iterator[Variation]:
+    for number, case in enumerate(cases):
+        progress(number / len(cases), case.name)
+        curve = aspirated(case.layers, case.options)
+        yield Variation(case.name, case.factor, curve, standard.difference(curve))
 
 
 def _written(
