@@ -27,13 +27,14 @@ from mocap.formats.c3d import write_c3d
 from mocap.formats.exchange import read_positions
 from mocap.formats.marker_table import MarkerTable
 from mocap.formats.trc import write_trc
-from mocap.motion.motion import MarkedBody, Motion
+from mocap.motion.motion import Motion
 from mocap.tracking.marker_file import EXAMPLE, read_markers
 from mocap.tracking.tracks import Tracks
 from mocap.video.frames import Video
 from scenarios.recordings.script import LIBRARY, read_script
 from scenarios.settings.scenario import load_scenario, resolved_toml
 from scenarios.studies.fit import Target
+from tests.support.made_up_motion import made_up_motion
 
 NAMES = ("ear", "nose", "package_lower", "package_upper")
 FRAMES = 24
@@ -121,18 +122,7 @@ def tracks(folder: Path) -> list[Path]:
 
 
 def motions(folder: Path) -> list[Path]:
-    time = np.arange(FRAMES) / 25
-    share = time / time[-1]
-    whole = Motion.of(
-        time,
-        np.column_stack([120 - 31 * share**2, -58 + 17 * np.sin(share)]),
-        0.4 * share**2,
-        sigma=np.column_stack([0.05 + 0 * time, 0.07 + 0 * time, 0.002 * share]),
-        head_mm=np.column_stack([2 * share, -3 * share**2]),
-        head_rad=-0.1 * share,
-        head_body=MarkedBody("head", ("ear", "nose"), 0.2143),
-        package_body=MarkedBody("package", ("package_lower", "package_upper"), 2.1957),
-    )
+    whole = made_up_motion(np.arange(FRAMES) / 25)
     whole.write(folder / "motion.csv")
     rows = [line for line in (folder / "motion.csv").read_text().splitlines() if line[0] != "#"]
     elsewhere = "\n".join(rows).replace(",", ";").replace(".", ",")

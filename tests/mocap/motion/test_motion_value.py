@@ -19,19 +19,12 @@ from mocap.motion.errors import MotionError
 from mocap.motion.motion import MarkedBody, Motion
 from mocap.motion.motion_file import COLUMNS, KEYS
 from mocap.motion.picture import PictureScale
+from tests.support.made_up_motion import made_up_motion
 
 
 def motion() -> Motion:
-    """A package that comes and turns while the head nods; no two coordinates alike."""
-    time = np.linspace(0.1, 2.0, 40)
-    share = (time - time[0]) / 1.9
-    return Motion.of(
-        time,
-        np.column_stack([120 - 31 * share**2, -58 + 17 * np.sin(share)]),
-        0.4 * share**2,
-        sigma=np.column_stack([0.05 + 0 * time, 0.07 + 0 * time, 0.002 * share]),
-        head_mm=np.column_stack([2 * share, -3 * share**2]),
-        head_rad=-0.1 * share,
+    return made_up_motion(
+        np.linspace(0.1, 2.0, 40),
         head_body=MarkedBody("face", ("ear", "nose"), 0.2143),
         package_body=MarkedBody("cup", ("package_lower", "package_upper"), 2.1957),
         picture=PictureScale((90.123456789, 80.25), 1.4567890123),
