@@ -80,11 +80,21 @@ def section_components(
 
 @compiled
 def section_stresses(
-    components: Array, laws: Array, law_of: Index, plane: int, energy: Array, stress: Array
+    components: Array,
+    laws: Array,
+    law_of: Index,
+    plane: int,
+    mixed: bool,
+    order: int,
+    psd: bool,
+    energy: Array,
+    stress: Array,
 ) -> None:
     """Fill ψ (e, q) and the first Piola–Kirchhoff stress (e, q, 5) at components (e, q, 5) of F.
 
     In plane stress F₃₃ is filled in. A point that is not admissible gets an infinite energy.
+    ``mixed``, ``order`` and ``psd`` are False, 1 and False: numba compiles the laws anew for
+    constants, but shares them with `assemble` for arguments.
     """
     A = np.zeros((5, 5))
     block, scratch = work_space(laws.shape[1])
@@ -92,7 +102,7 @@ def section_stresses(
     for e in range(elements):
         for q in range(points):
             energy[e, q], _ = section_response(
-                laws[law_of[e]], plane, components[e, q], 0.0, False, 1, False, stress[e, q], A,
+                laws[law_of[e]], plane, components[e, q], 0.0, mixed, order, psd, stress[e, q], A,
                 block, scratch,
             )  # fmt: skip
 

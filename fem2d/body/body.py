@@ -245,7 +245,9 @@ class Body:
             self._radius, plane, components,
         )  # fmt: skip
         piola, energy = np.zeros_like(components), np.empty(self.weights.shape)
-        section_stresses(components, self._laws, self.material_of, plane, energy, piola)
+        section_stresses(
+            components, self._laws, self.material_of, plane, False, 1, False, energy, piola
+        )
         return components, piola, energy
 
     def mass(self, density_tonne_per_mm3: float) -> Array:
