@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.lip_press import CASES, model, pressed
 from fem2d.solvers.linear import DirectSolver, Pardiso, RefinedPardiso, SuperLu
-from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.newton_settings import NewtonSettings
 
 STEP_RESIDUAL = NewtonSettings().step_residual
 

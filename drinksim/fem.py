@@ -39,7 +39,8 @@ from fem2d.solvers.hand import Hand
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.march import MarchResult, MarchStatus, march
 from fem2d.solvers.model import Model
-from fem2d.solvers.newton import NewtonSettings, NewtonStatus
+from fem2d.solvers.newton import NewtonStatus
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.state import State
 from fem2d.solvers.static import (
     StaticResult,

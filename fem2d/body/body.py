@@ -7,17 +7,22 @@ scikit-fem's forms and compares.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 import skfem
 from numpy.typing import ArrayLike, NDArray
 
 from fem2d.body.assembly import assemble, section_components, section_stresses
+from fem2d.body.definition import (
+    BodyError,
+    materials_by_element,
+    plane_named,
+    section_depth,
+    unknown_name,
+)
 from fem2d.body.elements import Element, Tables, element_named
 from fem2d.body.fields import Fields, fields_from
 from fem2d.body.kinematics import Plane
@@ -25,7 +30,6 @@ from fem2d.body.sparse import SparsePattern
 from fem2d.body.surface import Surface
 from fem2d.materials.material import Material
 from fem2d.threads import ONE_THREAD, Threads
-from geometry2d.foundation.errors import DrinksimError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -33,10 +37,6 @@ Index = NDArray[np.int64]
 
 SMALL_BODY = 500
 """Bodies of fewer elements are summed in one loop: a second thread costs more than it saves."""
-
-
-class BodyError(DrinksimError):
-    """A body is described, or evaluated, in a way that makes no sense."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ class Body:
         element: str = "T6",
         thickness_mm: float = 1.0,
     ) -> None:
-        kind, assumed = element_named(element), _plane_named(plane)
+        kind, assumed = element_named(element), plane_named(plane)
         if not (np.isfinite(thickness_mm) and thickness_mm > 0):
             raise BodyError(f"thickness_mm = {thickness_mm:g} is not positive: 1.0 is usual")
         if kind.mean_dilatation and assumed is Plane.STRESS:
@@ -131,7 +131,8 @@ class Body:
                 f"use {element.rstrip('M')}"
             )
         tables = Tables.of(mesh, kind)
-        laws, material_of = _assigned(mesh, materials)
+        laws, material_of = materials_by_element(mesh, materials)
+        depth = section_depth(tables, assumed, thickness_mm)
         self._set(
             mesh=mesh,
             element=kind,
@@ -140,7 +141,7 @@ class Body:
             materials=laws,
             material_of=material_of,
             tables=tables,
-            weights=np.ascontiguousarray(tables.areas * _depth(tables, assumed, thickness_mm)),
+            weights=np.ascontiguousarray(tables.areas * depth),
             pattern=SparsePattern.of(tables.connectivity, len(tables.nodes)),
             in_halves=True,
         )
@@ -331,13 +332,13 @@ class Body:
         """Return the elements (m,) of a named subdomain, ascending."""
         names = self.mesh.subdomains or {}
         if subdomain not in names:
-            raise BodyError(_unknown("subdomain", subdomain, names))
+            raise BodyError(unknown_name("mesh", "subdomain", subdomain, names))
         return np.unique(np.asarray(names[subdomain], np.int64))
 
     def _facets(self, boundary: str) -> Index:
         names = self.mesh.boundaries or {}
         if boundary not in names:
-            raise BodyError(_unknown("boundary", boundary, names))
+            raise BodyError(unknown_name("mesh", "boundary", boundary, names))
         return np.unique(np.asarray(names[boundary], np.int64))
 
     def _displacement(self, u: ArrayLike) -> Array:
@@ -391,7 +392,7 @@ class Body:
     def _mass_quadrature(self) -> tuple[Array, Array, Array]:
         """Points, shape functions (q, a) and volumes (e, q) that integrate products of shapes."""
         tables = Tables.of(self.mesh, Element(self.element.name, self.element.shape, 5))
-        depth = _depth(tables, self.plane, self.thickness_mm)
+        depth = section_depth(tables, self.plane, self.thickness_mm)
         return tables.points, tables.values, tables.areas * depth
 
     @cached_property
@@ -417,67 +418,6 @@ class Body:
         node = np.zeros(self.mesh.p.shape[1], np.int64)
         node[self.mesh.t.T] = self.tables.connectivity[:, :corners]
         return node
-
-
-def _plane_named(plane: Plane | str) -> Plane:
-    if isinstance(plane, Plane):
-        return plane
-    names = {known.name.lower(): known for known in Plane}
-    if plane not in names:
-        raise BodyError(_unknown("plane", plane, names).replace("mesh has no", "body has no"))
-    return names[plane]
-
-
-def _depth(tables: Tables, plane: Plane, thickness_mm: float) -> Array | float:
-    """Return the length that the section stands for at its points (e, q), or everywhere, mm."""
-    if plane is not Plane.AXISYMMETRIC:
-        return thickness_mm
-    radius = tables.points[..., 0]
-    if not np.all(radius > 0):
-        raise BodyError(
-            f"an axisymmetric mesh reaches x = {radius.min():g} mm: x is the distance from the "
-            "axis and cannot be negative"
-        )
-    depth: Array = 2 * np.pi * radius
-    return depth
-
-
-def _assigned(
-    mesh: skfem.Mesh, materials: Material | Mapping[str, Material]
-) -> tuple[tuple[Material, ...], Index]:
-    """Return the materials and which one each element has."""
-    elements = mesh.t.shape[1]
-    if not isinstance(materials, Mapping):
-        return (materials,), np.zeros(elements, np.int64)
-    subdomains: Mapping[str, Any] = mesh.subdomains or {}
-    which = np.full(elements, -1, np.int64)
-    for number, name in enumerate(materials):
-        if name not in subdomains:
-            raise BodyError(_unknown("subdomain", name, subdomains))
-        inside = np.asarray(subdomains[name], np.int64)
-        if np.any(which[inside] >= 0):
-            other = list(materials)[which[inside].max()]
-            raise BodyError(
-                f"subdomains {other!r} and {name!r} overlap: give each element one material"
-            )
-        which[inside] = number
-    if np.any(which < 0):
-        bare = [n for n in subdomains if n not in materials]
-        raise BodyError(
-            f"{np.count_nonzero(which < 0)} elements have no material: name one for "
-            + (", ".join(bare) if bare else "every element, the mesh has cells in no subdomain")
-        )
-    return tuple(materials.values()), which
-
-
-def _unknown(kind: str, name: str, known: Mapping[str, Any]) -> str:
-    near = difflib.get_close_matches(name, known, n=1)
-    listed = ", ".join(sorted(known)) if known else "none"
-    return (
-        f"the mesh has no {kind} called {name!r}"
-        + (f": did you mean {near[0]!r}?" if near else "")
-        + f" (it has {listed})"
-    )
 
 
 def _chained(first: Index, last: Index) -> Index:

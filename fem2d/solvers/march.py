@@ -21,7 +21,8 @@ from fem2d.solvers.commit import Commit, Reports
 from fem2d.solvers.hand import Hand
 from fem2d.solvers.linear import DirectSolver, fastest_solver
 from fem2d.solvers.model import Model, ModelBalance
-from fem2d.solvers.newton import NewtonResult, NewtonSettings
+from fem2d.solvers.newton import NewtonResult
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.state import State
 from fem2d.solvers.step_control import StepSettings, growth, is_sound, proposed_duration
 from fem2d.solvers.stepper import Stepper

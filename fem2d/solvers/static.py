@@ -22,7 +22,8 @@ from fem2d.loads.pressure import FollowerPressure
 from fem2d.solvers.bordered import Border
 from fem2d.solvers.linear import EXACT, DirectSolver, SingularMatrixError, fastest_solver
 from fem2d.solvers.model import FurtherUnknowns, Model, ModelBalance
-from fem2d.solvers.newton import NewtonResult, NewtonSettings, NewtonStatus
+from fem2d.solvers.newton import NewtonResult, NewtonStatus
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.state import State
 from fem2d.solvers.step import (
     Trial,

@@ -12,7 +12,8 @@ from fem2d.loads.load import Load
 from fem2d.solvers.bordered import BorderedSolver, Tangent
 from fem2d.solvers.linear import DirectSolver, SingularMatrixError
 from fem2d.solvers.model import FurtherUnknowns, Model, ModelBalance
-from fem2d.solvers.newton import NewtonResult, NewtonSettings, NewtonStatus, solve
+from fem2d.solvers.newton import NewtonResult, NewtonStatus, solve
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.state import State
 from fem2d.threads import ONE_THREAD, Threads
 

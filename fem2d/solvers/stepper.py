@@ -13,7 +13,8 @@ from fem2d.loads.load import Load
 from fem2d.solvers.components import Component, component_of_node, components_of, gather
 from fem2d.solvers.linear import DirectSolver
 from fem2d.solvers.model import FurtherUnknowns, Model
-from fem2d.solvers.newton import NewtonResult, NewtonSettings
+from fem2d.solvers.newton import NewtonResult
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.state import State
 from fem2d.solvers.step import (
     Trial,

@@ -12,7 +12,7 @@ from typing import Literal
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.search import SearchSettings
 from fem2d.solvers.inertia import Inertia
-from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.step_control import StepSettings
 from geometry2d.foundation.settings import setting
 from geometry2d.mesh import LEVELS, MeshSize

@@ -20,7 +20,7 @@ from fem2d.solvers.commit import Commit
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import MarchStatus, march
 from fem2d.solvers.model import Model
-from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.state import State
 from fem2d.solvers.step_control import StepSettings
 from geometry2d.outline import Outline

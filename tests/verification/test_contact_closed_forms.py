@@ -12,7 +12,7 @@ import pytest
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.solvers.inertia import Inertia
-from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.newton_settings import NewtonSettings
 from geometry2d.outline import Outline
 from scenarios.sip.contact_line import ContactLine
 from tests.support.contact_models import (

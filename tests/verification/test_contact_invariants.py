@@ -9,7 +9,7 @@ from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.loads.load import Load
 from fem2d.solvers.linear import Pardiso, SuperLu, fastest_solver
 from fem2d.solvers.march import MarchStatus, march
-from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.step_control import StepSettings
 from fem2d.solvers.stepper import attempt
 from geometry2d.rigid import RigidMotion, rotated

@@ -9,7 +9,7 @@ from fem2d.body.kinematics import Plane
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
 from fem2d.solvers.model import Model
-from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.newton_settings import NewtonSettings
 from geometry2d.outline import Outline
 from tests.support.contact_models import (
     LIP_PRESS,

@@ -7,7 +7,7 @@ import pytest
 
 import fem2d.solvers.step
 import fem2d.solvers.stepper
-from fem2d.body.body import BodyError
+from fem2d.body.definition import BodyError
 from fem2d.body.surface import Surface
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import MarchStatus, march
-from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.step_control import StepSettings
 from tests.support.contact_models import (
     block,

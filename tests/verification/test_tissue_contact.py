@@ -14,7 +14,7 @@ from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
 from fem2d.loads.tie import ElasticTie
 from fem2d.solvers.model import Model
-from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.newton_settings import NewtonSettings
 from geometry2d.outline import Outline
 from tests.support.contact_models import (
     block,

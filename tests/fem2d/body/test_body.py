@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import skfem
 
-from fem2d.body.body import Body, BodyError
+from fem2d.body.body import Body
+from fem2d.body.definition import BodyError
 from fem2d.body.elements import ElementError
 from fem2d.body.kinematics import Plane
 from fem2d.materials.material import Material

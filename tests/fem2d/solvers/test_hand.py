@@ -14,7 +14,7 @@ from fem2d.solvers.hand import TURNING_LENGTH_MM, Borne, Hand, HandError, result
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import MarchStatus, march
 from fem2d.solvers.model import Model
-from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.step_control import StepSettings
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, RigidPlacement

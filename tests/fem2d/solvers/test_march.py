@@ -12,7 +12,7 @@ from fem2d.loads.load import Load
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.march import MarchError, MarchStatus, march
 from fem2d.solvers.model import Model
-from fem2d.solvers.newton import NewtonSettings
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.step_control import StepSettings
 from fem2d.threads import Threads
 from tests.support.pulled_block import arch, clamped_block, on_top

@@ -9,7 +9,8 @@ from fem2d.loads.load import Load
 from fem2d.loads.pressure import FollowerPressure
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.model import Model
-from fem2d.solvers.newton import NewtonResult, NewtonSettings, NewtonStatus
+from fem2d.solvers.newton import NewtonResult, NewtonStatus
+from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.static import Steering
 from fem2d.solvers.step import balanced
 from tests.support.pulled_block import arch, clamped_block, on_top
