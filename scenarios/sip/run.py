@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +15,7 @@ from mocap.motion.motion import Motion
 from scenarios.results.collector import SolutionCollector
 from scenarios.results.increment import SolutionError
 from scenarios.results.integrity import checksum, differing_input, fingerprint
+from scenarios.results.messages import activations_message
 from scenarios.results.solution import Solution
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.results.writer import SolutionWriter
@@ -25,12 +26,17 @@ from scenarios.settings.scenario import (
     Recording,
     Scenario,
     ScenarioError,
+    load_scenario,
     resolved_toml,
 )
+from scenarios.sip.activation import FoundActivation, read_activations, write_activations
 from scenarios.sip.replay import neck_findings_of, refuse_contradictions, replay
 
 REFERENCE_FOLDER = "reference"
 """Folder of a run directory with the run whose forces its hand follows."""
+
+ACTIVATIONS_FILE = "activations.json"
+"""File of a run directory with the activations that were found."""
 
 MOTION_FOLDER = "motion"
 MOTION_FILES = ("motion.csv", "summary.json", "tracks.csv")
@@ -191,12 +197,21 @@ def _solved_into(
 def _replay_into(writer: SolutionWriter, scenario: Scenario, progress: Progress) -> None:
     """Replay from where the writer's run is to the end."""
     known = scenario.with_motion(_provided_motion(scenario, writer, progress))
+    cache = writer.folder / ACTIVATIONS_FILE
+
+    def found(activations: Sequence[FoundActivation]) -> None:
+        if activations:
+            write_activations(cache, activations)
+            writer.log(activations_message({each.muscle: each.about() for each in activations}))
+
     outcome = replay(
         known,
         on_model=writer.model,
         on_increment=writer.commit,
         resume_from=writer.last(),
         reference=_reference_run(known, writer.folder / REFERENCE_FOLDER, progress),
+        activations=read_activations(cache),
+        on_activations=found,
         progress=progress,
     )
     if writer.count == 0:
@@ -212,20 +227,30 @@ def _replay_into(writer: SolutionWriter, scenario: Scenario, progress: Progress)
 def _reference_run(scenario: Scenario, folder: Path | None, progress: Progress) -> Solution | None:
     """Return the run whose forces the hand follows; None if it follows the film.
 
-    A run that the scenario does not name is that of the filmed package, as it was filmed. It is
-    made, and kept in ``folder`` if that is given.
+    A run that the scenario does not name is made, and kept in ``folder`` if that is given: that of
+    the filmed package as it was filmed, or of ``hand.reference_scenario`` with the same motion and
+    numerics.
     """
     hand = scenario.hand
     if hand.mode == "recorded":
         return None
     if hand.reference is not None:
         return Solution.load(hand.reference)
-    filmed = scenario.with_(
-        name=f"{scenario.name}, filmed",
-        hand=HandSettings(),
-        package=scenario.filmed_package,
-        filmed=None,
-    )
+    if hand.reference_scenario is not None:
+        named = load_scenario(hand.reference_scenario)
+        searches = replace(
+            scenario.numerics,
+            pull_search=named.numerics.pull_search,
+            activation_search=named.numerics.activation_search,
+        )
+        filmed = replace(named, motion=scenario.motion, numerics=searches)
+    else:
+        filmed = scenario.with_(
+            name=f"{scenario.name}, filmed",
+            hand=HandSettings(),
+            package=scenario.filmed_package,
+            filmed=None,
+        )
     return solve(filmed, out=folder, resume=folder is not None, progress=progress)
 
 

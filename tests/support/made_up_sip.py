@@ -241,6 +241,7 @@ class MadeUpReplay:
         resume_from: Increment | None = None,
         reference: Solution | None = None,
         progress: object,
+        **_: object,
     ) -> Outcome:
         model = small_model()
         if resume_from is None:
