@@ -19,6 +19,7 @@ from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.march import MarchResult, MarchStatus, march
 from fem2d.solvers.model import Model
 from fem2d.solvers.state import State
+from fem2d.threads import Threads
 from geometry2d.foundation.progress import Progress
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from mocap.tracking.marker_file import read_markers
@@ -29,7 +30,6 @@ from scenarios.results.recorder import Recorder, restored
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import Scenario, ScenarioError
 from scenarios.settings.searches import Period
-from scenarios.sip.activation import FoundActivation, find_activations
 from scenarios.sip.carrying import CarriedNeck, carried
 from scenarios.sip.findings import Finding, Severity, findings_of, neck_findings
 from scenarios.sip.hand import about_hand, chosen_hand
@@ -78,9 +78,8 @@ class Prepared:
         Of the neck in the frame of the head section.
     start_s, end_s
         The part of it that is replayed.
-    placed, pull, activations
-        How neck and lower face were placed, what pulls on a lip, and how active muscles were found
-        to be.
+    placed, pull
+        How neck and lower face were placed, and what pulls on a lip.
     carried
         How the neck takes the place of the one that was filmed.
     findings
@@ -93,7 +92,6 @@ class Prepared:
     end_s: float
     placed: Placed
     pull: PullResult | None
-    activations: tuple[FoundActivation, ...]
     carried: CarriedNeck
     findings: tuple[Finding, ...]
 
@@ -106,27 +104,16 @@ class Prepared:
             about["warnings"] = [str(finding) for finding in self.findings]
         if self.lips.muscles:
             about["muscles"] = about_muscles(self.lips.muscles)
-        if self.activations:
-            about["activations"] = {each.muscle: each.about() for each in self.activations}
         return about if self.pull is None else about | {"muscle": self.pull.about()}
 
 
 def prepared(
     scenario: Scenario,
     *,
-    activations: Sequence[FoundActivation] | None = None,
+    threads: Threads | None = None,
     progress: Progress = lambda share, what: None,
 ) -> Prepared:
     """Return the model and the motion of a scenario whose motion is known.
-
-    Parameters
-    ----------
-    scenario
-        With its ``motion`` set.
-    activations
-        What was found of its muscles before; searched if absent.
-    progress
-        Told what is being done.
 
     Raises
     ------
@@ -139,27 +126,22 @@ def prepared(
     refuse_contradictions(found)
     motion = carried_neck.motion
     lips = Lips(scenario, placed.head, scenario.package.section())
-    pull = find_pull(lips, motion, progress=progress)
+    pull = find_pull(lips, motion, threads=threads, progress=progress)
     if pull is not None:
         lips = replace(lips, pull=pull.pull)
     progress(0.0, "meshing the lips")
     start_s, end_s = _contact_period(lips.fem_model, motion, scenario.numerics.period)
+    if scenario.muscles is not None:
+        lips = replace(lips, activations=scenario.muscles.activations(start_s))
+        instants = [a.time_s[0] for a in lips.activations.values()]
+        start_s = min(start_s, *instants) if instants else start_s
     liquid = tilted_liquid(scenario, lips.neck, motion, placed.head_angle_rad)
     if liquid is not None:
         lips = replace(lips, liquid=liquid)
-    if activations is None:
-        activations = find_activations(lips, motion, start_s, progress=progress)
-    if scenario.muscles is not None:
-        known = {found.muscle: found.activation for found in activations}
-        lips = replace(lips, activations=scenario.muscles.activations(start_s, known))
-        instants = [a.time_s[0] for a in lips.activations.values()]
-        start_s = min(start_s, *instants) if instants else start_s
     if scenario.muscle is not None:
         start_s = min(start_s, scenario.muscle.instants_s[0])
         end_s = max(end_s, scenario.muscle.instants_s[-1])
-    return Prepared(
-        lips, motion, start_s, end_s, placed, pull, tuple(activations), carried_neck, found
-    )
+    return Prepared(lips, motion, start_s, end_s, placed, pull, carried_neck, found)
 
 
 def placed_neck(scenario: Scenario) -> tuple[Placed, CarriedNeck, tuple[Finding, ...]]:
@@ -212,8 +194,7 @@ def replay(
     on_increment: Callable[[Increment], None],
     resume_from: Increment | None = None,
     reference: Solution | None = None,
-    activations: Sequence[FoundActivation] | None = None,
-    on_activations: Callable[[Sequence[FoundActivation]], None] = lambda found: None,
+    threads: Threads | None = None,
     progress: Progress = lambda share, what: None,
 ) -> Outcome:
     """Replay a scenario whose motion is known, and return how it went.
@@ -229,8 +210,8 @@ def replay(
         rest comes out bit for bit as if it had not been interrupted.
     reference
         The run whose forces the hand follows; needed unless it follows the film.
-    activations, on_activations
-        What was found of the muscles before, searched if absent; and what is called with it.
+    threads
+        That share the work, two by default; results are the same bits.
     progress
         Called with the share of the motion that is done.
 
@@ -241,8 +222,7 @@ def replay(
     SolutionError
         If ``resume_from`` is of another model.
     """
-    ready = prepared(scenario, activations=activations, progress=progress)
-    on_activations(ready.activations)
+    ready = prepared(scenario, threads=threads, progress=progress)
     model, motion, head_angle = ready.lips.fem_model, ready.motion, ready.placed.head_angle_rad
     steps, newton = scenario.numerics.steps, scenario.numerics.newton
     state = model.at_rest(
@@ -278,6 +258,7 @@ def replay(
         end_s=ready.end_s,
         steps=steps,
         newton=newton,
+        threads=threads,
         on_commit=commit,
     )
     body = ready.lips.body
@@ -322,7 +303,6 @@ def _messages(
         *about.get("warnings", ()),
         messages.muscle_message(about["muscle"]) if "muscle" in about else None,
         messages.muscles_message(about["muscles"]) if "muscles" in about else None,
-        messages.activations_message(about["activations"]) if "activations" in about else None,
         messages.unstable_message(about["unstable"]),
         messages.crushed_message(about["largest_penetration_neck_mm"]),
         messages.caught_message(caught),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from fem2d.threads import Threads
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.progress import Progress, ProgressOption, chosen_progress
 from mocap.convert import ConvertResult, convert
@@ -15,7 +16,6 @@ from mocap.motion.motion import Motion
 from scenarios.results.collector import SolutionCollector
 from scenarios.results.increment import SolutionError
 from scenarios.results.integrity import checksum, differing_input, fingerprint
-from scenarios.results.messages import activations_message
 from scenarios.results.solution import Solution
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.results.writer import SolutionWriter
@@ -26,17 +26,12 @@ from scenarios.settings.scenario import (
     Recording,
     Scenario,
     ScenarioError,
-    load_scenario,
     resolved_toml,
 )
-from scenarios.sip.activation import FoundActivation, read_activations, write_activations
 from scenarios.sip.replay import neck_findings_of, refuse_contradictions, replay
 
 REFERENCE_FOLDER = "reference"
 """Folder of a run directory with the run whose forces its hand follows."""
-
-ACTIVATIONS_FILE = "activations.json"
-"""File of a run directory with the activations that were found."""
 
 MOTION_FOLDER = "motion"
 MOTION_FILES = ("motion.csv", "summary.json", "tracks.csv")
@@ -97,6 +92,7 @@ def solve(
     out: Path | str | None = None,
     resume: bool = False,
     overwrite: bool = False,
+    threads: Threads | None = None,
     progress: ProgressOption = None,
 ) -> Solution:
     """Replay a scenario and return its solution.
@@ -115,6 +111,8 @@ def solve(
     overwrite
         Discard an unfinished run, or replace a finished one, in ``out``. Without it a finished run
         of the same inputs is returned as it is, and any other one is refused.
+    threads
+        That share the work, two by default; results are the same bits.
     progress
         True shows a line on the terminal or in the notebook; a function is called with the share
         that is done and what is being done.
@@ -135,21 +133,27 @@ def solve(
     refuse_contradictions(neck_findings_of(scenario))
     with chosen_progress(progress, f"replay {scenario.name}") as show:
         if out is None:
-            return _solved_in_memory(scenario, show)
+            return _solved_in_memory(scenario, threads, show)
         with _motion_in_a_file(scenario) as on_disk:
             return _solved_into(
-                on_disk, Path(out), resume=resume, overwrite=overwrite, progress=show
+                on_disk,
+                Path(out),
+                resume=resume,
+                overwrite=overwrite,
+                threads=threads,
+                progress=show,
             )
 
 
-def _solved_in_memory(scenario: Scenario, progress: Progress) -> Solution:
+def _solved_in_memory(scenario: Scenario, threads: Threads | None, progress: Progress) -> Solution:
     known = with_known_motion(scenario, progress)
     collector = SolutionCollector()
     outcome = replay(
         known,
         on_model=collector.model,
         on_increment=collector.commit,
-        reference=_reference_run(known, None, progress),
+        reference=_reference_run(known, None, threads, progress),
+        threads=threads,
         progress=progress,
     )
     if collector.count == 0:
@@ -172,7 +176,13 @@ def _motion_in_a_file(scenario: Scenario) -> Iterator[Scenario]:
 
 
 def _solved_into(
-    scenario: Scenario, out: Path, *, resume: bool, overwrite: bool, progress: Progress
+    scenario: Scenario,
+    out: Path,
+    *,
+    resume: bool,
+    overwrite: bool,
+    threads: Threads | None,
+    progress: Progress,
 ) -> Solution:
     kept = MotionFile(f"{MOTION_FOLDER}/motion.csv")
     with_motion = scenario.with_(motion=kept.file, filmed=scenario.filmed)
@@ -190,28 +200,22 @@ def _solved_into(
         if writer.is_complete:
             writer.tidy()
         else:
-            _replay_into(writer, scenario, progress)
+            _replay_into(writer, scenario, threads, progress)
     return Solution.load(out)
 
 
-def _replay_into(writer: SolutionWriter, scenario: Scenario, progress: Progress) -> None:
+def _replay_into(
+    writer: SolutionWriter, scenario: Scenario, threads: Threads | None, progress: Progress
+) -> None:
     """Replay from where the writer's run is to the end."""
     known = scenario.with_motion(_provided_motion(scenario, writer, progress))
-    cache = writer.folder / ACTIVATIONS_FILE
-
-    def found(activations: Sequence[FoundActivation]) -> None:
-        if activations:
-            write_activations(cache, activations)
-            writer.log(activations_message({each.muscle: each.about() for each in activations}))
-
     outcome = replay(
         known,
         on_model=writer.model,
         on_increment=writer.commit,
         resume_from=writer.last(),
-        reference=_reference_run(known, writer.folder / REFERENCE_FOLDER, progress),
-        activations=read_activations(cache),
-        on_activations=found,
+        reference=_reference_run(known, writer.folder / REFERENCE_FOLDER, threads, progress),
+        threads=threads,
         progress=progress,
     )
     if writer.count == 0:
@@ -224,34 +228,26 @@ def _replay_into(writer: SolutionWriter, scenario: Scenario, progress: Progress)
     )
 
 
-def _reference_run(scenario: Scenario, folder: Path | None, progress: Progress) -> Solution | None:
+def _reference_run(
+    scenario: Scenario, folder: Path | None, threads: Threads | None, progress: Progress
+) -> Solution | None:
     """Return the run whose forces the hand follows; None if it follows the film.
 
-    A run that the scenario does not name is made, and kept in ``folder`` if that is given: that of
-    the filmed package as it was filmed, or of ``hand.reference_scenario`` with the same motion and
-    numerics.
+    A run that the scenario does not name is that of the filmed package, as it was filmed. It is
+    made, and kept in ``folder`` if that is given.
     """
     hand = scenario.hand
     if hand.mode == "recorded":
         return None
     if hand.reference is not None:
         return Solution.load(hand.reference)
-    if hand.reference_scenario is not None:
-        named = load_scenario(hand.reference_scenario)
-        searches = replace(
-            scenario.numerics,
-            pull_search=named.numerics.pull_search,
-            activation_search=named.numerics.activation_search,
-        )
-        filmed = replace(named, motion=scenario.motion, numerics=searches)
-    else:
-        filmed = scenario.with_(
-            name=f"{scenario.name}, filmed",
-            hand=HandSettings(),
-            package=scenario.filmed_package,
-            filmed=None,
-        )
-    return solve(filmed, out=folder, resume=folder is not None, progress=progress)
+    filmed = scenario.with_(
+        name=f"{scenario.name}, filmed",
+        hand=HandSettings(),
+        package=scenario.filmed_package,
+        filmed=None,
+    )
+    return solve(filmed, out=folder, resume=folder is not None, threads=threads, progress=progress)
 
 
 def _checksums(scenario: Scenario) -> dict[str, str]:

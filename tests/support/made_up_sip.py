@@ -240,8 +240,8 @@ class MadeUpReplay:
         on_increment: Callable[[Increment], None],
         resume_from: Increment | None = None,
         reference: Solution | None = None,
+        threads: object = None,
         progress: object,
-        **_: object,
     ) -> Outcome:
         model = small_model()
         if resume_from is None:
