@@ -42,7 +42,12 @@ def lowest() -> list[str]:
     ``av==14.0.*``.
     """
     extras = PROJECT["project"]["optional-dependencies"]
-    asked = [*PROJECT["project"]["dependencies"], *extras["files"], *extras["notebook"]]
+    asked = [
+        *PROJECT["project"]["dependencies"],
+        *extras["files"],
+        *extras["notebook"],
+        *extras["study"],
+    ]
     found = [re.fullmatch(r"([\w.-]+)>=([\d.]+)( *;.*)?", line) for line in asked]
     if unread := [line for line, match in zip(asked, found, strict=True) if match is None]:
         sys.exit(f"no lowest version in {unread}; write NAME>=VERSION")

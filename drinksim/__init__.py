@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from drinksim import fem as fem
     from drinksim.api import convert as convert
     from drinksim.api import report as report
+    from drinksim.api import study as study
     from drinksim.values import Scenario as Scenario
     from drinksim.values import Solution as Solution
     from drinksim.values import library_names as library_names
@@ -33,6 +34,7 @@ _MADE_IN = {
     "library_names": "drinksim.values",
     "load_scenario": "drinksim.values",
     "report": "drinksim.api",
+    "study": "drinksim.api",
 }
 
 __all__ = [
@@ -46,6 +48,7 @@ __all__ = [
     "library_names",
     "load_scenario",
     "report",
+    "study",
 ]
 
 if not TYPE_CHECKING:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from geometry2d.foundation.progress import ProgressOption, chosen_progress
 
 if TYPE_CHECKING:
     from mocap.motion.motion import Motion
+    from scenarios.campaign.study import StudyOutcome
     from scenarios.results.solution import Solution
 
 
@@ -96,3 +97,41 @@ def report(
     with chosen_progress(progress, "report") as show:
         write_report([loaded(solution) for solution in solutions], Path(out), progress=show)
     return Path(out)
+
+
+def study(
+    study: Mapping[str, Any] | Path | str,
+    out: Path | str,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    progress: ProgressOption = None,
+) -> StudyOutcome:
+    """Compare necks on many people, and return the study; its page and tables are in ``out``.
+
+    Parameters
+    ----------
+    study
+        A study file, or what such a file holds.
+    out
+        The study's directory.
+    workers
+        That many processes of one thread each on this machine; None computes in this process.
+    scheduler
+        Address of a Dask scheduler whose workers see the same files.
+    resume
+        Go on with an unfinished study in ``out``, or use what it has of another one.
+    progress
+        As of :func:`convert`.
+
+    Raises
+    ------
+    DrinksimError
+        If the study contradicts itself, or ``out`` holds something else.
+    """
+    from scenarios.campaign.run import run_study
+
+    return run_study(
+        study, out, workers=workers, scheduler=scheduler, resume=resume, progress=progress
+    )

@@ -48,6 +48,7 @@ FLOORS = (
     "scenarios.views",
     "scenarios.views.page",
     "scenarios.studies",
+    "scenarios.campaign",
     "scenarios.export",
     "scenarios.recordings",
     "scenarios.cli",

@@ -91,6 +91,11 @@ COMMANDS = (
         "drinksim export run --format vtk --out paraview",
     ),
     Command(
+        "study",
+        "compare necks on many people, with intervals, and say what matters",
+        "drinksim study study.toml --out study --workers 2",
+    ),
+    Command(
         "element",
         "pull and press one cube of a material, as in the thesis' section 3.1.1",
         "drinksim element L2-Ogden/dermis --mode uniaxial --out cube",

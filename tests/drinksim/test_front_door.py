@@ -29,9 +29,12 @@ PUBLIC = [
     "library_names",
     "load_scenario",
     "report",
+    "study",
 ]
 ROOT = Path(__file__).parents[2]
+STUDY_EXTRA = {"dask", "distributed", "pyarrow", "optuna"}
 SLOW_TO_LOAD = {"numba", "scipy", "numpy", "cv2", "av", "matplotlib", "shapely", "h5py", "skfem"}
+SLOW_TO_LOAD |= STUDY_EXTRA
 
 
 def loaded_by(code: str) -> set[str]:

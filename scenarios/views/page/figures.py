@@ -89,7 +89,7 @@ def curves(runs: Sequence[RunCurve], *, label: str, shows: str) -> Embedded:
     shows
         the figure in words.
     """
-    figure = _figure(CURVE_INCHES)
+    figure = new_figure(CURVE_INCHES)
     axes = figure.subplots()
     for index, run in enumerate(runs):
         colour, dashes = line_style(index)
@@ -106,8 +106,8 @@ def curves(runs: Sequence[RunCurve], *, label: str, shows: str) -> Embedded:
     axes.set_xlabel("relative time", color=INK, size=TEXT)
     axes.yaxis.set_major_locator(MaxNLocator(5))
     axes.grid(axis="y", color="#e4e1db", lw=0.8)
-    _quiet(axes)
-    return _svg(figure, shows)
+    quieten(axes)
+    return svg(figure, shows)
 
 
 def imprint_figure(
@@ -126,15 +126,15 @@ def imprint_figure(
     shows
         the imprint in words.
     """
-    figure = _figure(IMPRINT_INCHES, dpi=150)
+    figure = new_figure(IMPRINT_INCHES, dpi=150)
     maps = imprint_maps(figure, run_view.solution, neck, highest_kpa=highest_kpa)
     bands = {
         lip: _Band.on(getattr(neck, f"{lip}_wall"), arc, pressure.max(axis=0), highest_kpa)
         for lip, (arc, pressure) in maps.items()
     }
     return (
-        _png(figure, f"Contact pressure along the neck's contour against time: {shows}"),
-        _svg(
+        png(figure, f"Contact pressure along the neck's contour against time: {shows}"),
+        svg(
             _contour_figure(bands, highest_kpa),
             f"Highest contact pressure along the neck's contour: {shows}",
         ),
@@ -209,7 +209,7 @@ def _contour_figure(bands: Mapping[str, _Band], highest_kpa: float) -> Figure:
     left = min(band.box[0] for band in bands.values())
     heights = [band.box[3] - band.box[1] for band in bands.values()]
     inches_per_mm = CONTOUR_INCHES / CONTOUR_SHOWN_MM
-    figure = _figure(
+    figure = new_figure(
         (CONTOUR_INCHES, sum(heights) * inches_per_mm + CONTOUR_TITLE_INCHES * len(bands))
     )
     panels = figure.subplots(len(bands), 1, height_ratios=heights)
@@ -253,19 +253,22 @@ def gradient(mappable: ScalarMappable, stops: int = 9) -> str:
     return f"linear-gradient(to right, {', '.join(colours)})"
 
 
-def _figure(inches: tuple[float, float], dpi: int = DPI) -> Figure:
+def new_figure(inches: tuple[float, float], dpi: int = DPI) -> Figure:
+    """Return an empty white figure."""
     figure = Figure(figsize=inches, dpi=dpi, facecolor="white", layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
-def _quiet(axes: Axes) -> None:
+def quieten(axes: Axes) -> None:
+    """Give axes the looks of a page: two spines, small labels."""
     axes.tick_params(labelsize=TEXT - 0.5, colors=INK, length=3)
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(QUIET)
 
 
-def _svg(figure: Figure, shows: str) -> Embedded:
+def svg(figure: Figure, shows: str) -> Embedded:
+    """Return a figure as a drawing; the same figure gives the same bytes."""
     stream = io.BytesIO()
     # Without a salt of our own, the same run would give different bytes each time.
     with matplotlib.rc_context({"svg.hashsalt": "drinksim", "svg.fonttype": "path"}):
@@ -273,7 +276,8 @@ def _svg(figure: Figure, shows: str) -> Embedded:
     return Embedded(stream.getvalue(), "image/svg+xml", shows)
 
 
-def _png(figure: Figure, shows: str) -> Embedded:
+def png(figure: Figure, shows: str) -> Embedded:
+    """Return a figure as a picture."""
     stream = io.BytesIO()
     figure.savefig(stream, format="png", metadata={"Software": None})
     return Embedded(stream.getvalue(), "image/png", shows)
