@@ -14,3 +14,8 @@ NAMES = sorted(path.stem for path in BENCHMARKS.glob("*.py") if path.stem not in
 @pytest.mark.parametrize("name", NAMES)
 def test_a_benchmark_finds_what_it_imports(name):
     assert importlib.import_module(f"benchmarks.{name}").__doc__
+
+
+def test_every_picture_of_the_documentation_is_drawn_by_its_benchmark():
+    shown = {path.stem for path in (BENCHMARKS.parent / "docs" / "pictures").glob("*")}
+    assert shown == importlib.import_module("benchmarks.pictures").PICTURES.keys()

@@ -1,0 +1,129 @@
+"""Draw the pictures of the documentation.
+
+Each is made by the command that its page names; figures of anatomy are drawn here.
+
+    python -m benchmarks.pictures docs/pictures
+    python -m benchmarks.pictures docs/pictures head muscles
+
+All of them take half an hour; ``head`` and ``muscles`` a second each.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from benchmarks import calibration_recovery
+from geometry2d.anatomy.head import head_section
+from geometry2d.anatomy.muscles import muscle_regions
+from geometry2d.views.draw import draw_head, draw_muscles
+from scenarios.cli.main import main as drinksim
+
+View = tuple[tuple[float, float], tuple[float, float]]
+"""Limits of x and of y, mm."""
+
+HEAD: View = ((-125.0, 130.0), (-160.0, 142.0))
+LIPS: View = ((56.0, 124.0), (-113.0, -2.0))
+MUSCLES: View = ((58.0, 130.0), (-113.0, -8.0))
+
+
+def _axes(figure: Figure, place: tuple[int, int, int], view: View) -> Axes:
+    axes = figure.add_subplot(*place)
+    axes.set_axis_off()
+    axes.set_aspect("equal")
+    axes.set_xlim(*view[0])
+    axes.set_ylim(*view[1])
+    return axes
+
+
+def _figure(width: float, height: float) -> Figure:
+    figure = Figure(figsize=(width, height), dpi=110, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def draw_head_and_lips(file: Path) -> None:
+    """Draw the head section of an adult man, and its lips."""
+    figure, head = _figure(10.0, 5.6), head_section()
+    for number, view in enumerate((HEAD, LIPS), start=1):
+        draw_head(_axes(figure, (1, 2, number), view), head)
+    figure.savefig(file)
+
+
+def draw_muscles_of_the_lips(file: Path) -> None:
+    """Draw the muscles in the section of the lips."""
+    figure, head = _figure(5.0, 7.0), head_section()
+    axes = _axes(figure, (1, 1, 1), MUSCLES)
+    draw_head(axes, head)
+    draw_muscles(axes, muscle_regions(head).values())
+    figure.savefig(file)
+
+
+def typed(*commands: str, made: str) -> Callable[[Path], None]:
+    """Return what types drinksim's commands with DIR for a folder, and keeps a file of it."""
+
+    def draw(file: Path) -> None:
+        with TemporaryDirectory() as folder:
+            for command in commands:
+                words = [word.replace("DIR", folder) for word in command.split()]
+                if drinksim(words) != 0:
+                    raise SystemExit(f"drinksim {command} failed")
+            shutil.copyfile(Path(folder) / made, file)
+
+    return draw
+
+
+def recovery(file: Path) -> None:
+    """Draw how well known parameters are recovered."""
+    with TemporaryDirectory() as folder:
+        calibration_recovery.main(Path(folder))
+        shutil.copyfile(Path(folder) / "recovery.png", file)
+
+
+def sheet(scenario: str) -> Callable[[Path], None]:
+    """Return what draws the contact sheet of a sip beside its recording."""
+    return typed(
+        f"replay {scenario} --out DIR/run",
+        "animate DIR/run --out DIR/sheet.png --beside-video",
+        made="sheet.png",
+    )
+
+
+def press(configuration: str) -> Callable[[Path], None]:
+    """Return what draws the neck pressed into a lip."""
+    return typed(f"press {configuration} --force 0.3 --neck A38 --out DIR/p", made="p/press.png")
+
+
+PICTURES: dict[str, Callable[[Path], None]] = {
+    "head": draw_head_and_lips,
+    "muscles": draw_muscles_of_the_lips,
+    "a38-f": sheet("A38-F"),
+    "dc-ae": sheet("DC-AE"),
+    "skin-comparison": typed(
+        "aspirate --thesis --search-kpa 101.3 --out DIR/a", made="a/comparison.png"
+    ),
+    "skin-mesh": typed("sensitivity L2-Ogden --of mesh --out DIR/s", made="s/mesh.png"),
+    "skin-press-ogden": press("L2-Ogden"),
+    "skin-press-goh": press("L2-GOH"),
+    "calibration-recovery": recovery,
+}
+
+
+def main(arguments: list[str]) -> None:
+    """Draw the pictures that are named, or all, into a folder."""
+    folder, *names = arguments
+    for name in names or PICTURES:
+        file = Path(folder) / f"{name}.png"
+        PICTURES[name](file)
+        print(file)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
