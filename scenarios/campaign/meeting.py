@@ -19,7 +19,7 @@ from geometry2d.curves import at_arc_lengths, nearest_arc_length
 from mocap.motion.motion import Motion
 from scenarios.settings.person import Head
 from scenarios.settings.scenario import Scenario
-from scenarios.sip.findings import gaps_mm
+from scenarios.sip.clearance import gaps_mm
 from scenarios.sip.lip_model import LipSkin
 from scenarios.sip.placement import place
 from scenarios.sip.recorded_motion import recorded_motion

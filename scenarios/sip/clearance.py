@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.anatomy.head import HeadSection
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidPlacement
@@ -16,6 +17,9 @@ Array = NDArray[np.float64]
 
 BORE_RADIUS_MM = 0.1
 """Radius of the corners of the bore's outline."""
+
+EVERY = 12
+"""The distance of one point of the skin in so many bounds the distances of its neighbours."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +83,36 @@ def _distance_from_boxes(local: Array, outlines: tuple[Outline, ...]) -> Array:
         above = np.maximum(np.maximum(bottom - local[..., 1], local[..., 1] - top), 0.0)
         distances.append(np.hypot(beside, above))
     return np.array(distances)
+
+
+def gaps_mm(
+    head: HeadSection, neck: NeckSection, places: Sequence[RigidPlacement], lip: str
+) -> Array:
+    """Return the smallest distance (n,) of a lip's undeformed skin from the neck, mm.
+
+    A distance changes by no more than the way between two points, so most points of the skin
+    cannot be the nearest once the distance of a few is known.
+    """
+    skin = getattr(head, lip).curves["skin"]
+    known = np.arange(0, len(skin), EVERY)
+    nearest = np.minimum((np.arange(len(skin)) + EVERY // 2) // EVERY, len(known) - 1)
+    away = np.hypot(*(skin - skin[known[nearest]]).T)
+    local = np.stack([place.pull_back(skin) for place in places])
+    gap = _gap(neck, local[:, known])
+    smallest: Array = gap.min(axis=1)
+    wanted = gap[:, nearest] - away < smallest[:, None]
+    wanted[:, known] = False
+    which, _ = np.nonzero(wanted)
+    np.minimum.at(smallest, which, _gap(neck, local[wanted]))
+    return smallest
+
+
+def _gap(neck: NeckSection, points: Array) -> Array:
+    """Return the distances (…) of points (…, 2) in the neck's frame from its walls, mm."""
+    flat = points.reshape(-1, 2)
+    walls = (neck.upper_wall, neck.lower_wall)
+    distance: Array = np.min([wall.project(flat).distance for wall in walls], axis=0)
+    return distance.reshape(points.shape[:-1])
 
 
 def _bore(neck: NeckSection) -> Outline:

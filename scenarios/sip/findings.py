@@ -20,6 +20,7 @@ from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from scenarios.results.quantities import LIPS
+from scenarios.sip.clearance import gaps_mm
 from scenarios.sip.lip_model import WALLS
 
 Array = NDArray[np.float64]
@@ -308,15 +309,6 @@ def _touch_findings(lip: str, gap: Array, times: Array) -> Iterator[Finding]:
                 f"touches the {lip} lip in its {word} instant ({times[end]:.2f} s): the film, or "
                 "the table, may be cut short",
             )
-
-
-def gaps_mm(head: HeadSection, neck: NeckSection, places: list[RigidPlacement], lip: str) -> Array:
-    """Return the smallest distance (n,) of a lip's undeformed skin from the neck, mm."""
-    skin = getattr(head, lip).curves["skin"]
-    local = np.concatenate([place.pull_back(skin) for place in places])
-    distance = np.min([getattr(neck, wall).project(local).distance for wall in WALLS], axis=0)
-    smallest: Array = distance.reshape(len(places), len(skin)).min(axis=1)
-    return smallest
 
 
 def _depths(points: Array, part: Outline | shapely.Polygon) -> Array:

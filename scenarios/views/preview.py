@@ -19,7 +19,8 @@ from scenarios.results.messages import carried_message, placement_message
 from scenarios.results.quantities import LIPS
 from scenarios.settings.inputs import check_inputs
 from scenarios.settings.scenario import Scenario
-from scenarios.sip.findings import Finding, Severity, gaps_mm
+from scenarios.sip.clearance import gaps_mm
+from scenarios.sip.findings import Finding, Severity
 from scenarios.sip.replay import neck_findings_of, placed_neck
 from scenarios.sip.run import with_known_motion
 
