@@ -171,6 +171,12 @@ def directory_at_once(out: Path) -> Iterator[Path]:
             remove_directory(partial)
 
 
+def copy_directory(source: Path, out: Path) -> None:
+    """Copy a directory that was made here; the copy appears complete or not at all."""
+    with directory_at_once(out) as partial:
+        shutil.copytree(source, partial, ignore=shutil.ignore_patterns(MARK), dirs_exist_ok=True)
+
+
 @contextmanager
 def file_at_once(out: Path) -> Iterator[Path]:
     """Yield the name of a draft file (same ending); it becomes ``out`` if the block succeeds.

@@ -15,6 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from geometry2d.foundation.output import file_at_once
 from scenarios.results.increment import SolutionError
 from scenarios.results.summary import SUMMARY_FILE
 
@@ -29,6 +30,15 @@ INPUTS_FILE = "inputs.json"
 """Version, and checksums of the settings and of the files that a run depends on."""
 
 VERSION, SETTINGS = "version", "settings"
+
+MOTION, CONVERTED = "motion.file", "motion.converted"
+"""Names of the checksum of a given motion, and of the one that a run made of its recording."""
+
+FILMED = ("recording.start_s", "recording.end_s")
+"""Names of what a motion depends on only while it is to be converted."""
+
+KEPT_FOLDER = "inputs/"
+"""Every file below this folder of a run directory belongs to the run, whatever its ending."""
 
 
 def sealed(summary: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -88,16 +98,29 @@ def fingerprint(scenario_toml: str, inputs: Mapping[str, str]) -> dict[str, str]
 def write_inputs(folder: Path, inputs: Mapping[str, str]) -> None:
     """Write a fingerprint into a run directory."""
     text = json.dumps(inputs, indent=2, ensure_ascii=False)
-    (folder / INPUTS_FILE).write_text(text + "\n", encoding="utf-8")
+    with file_at_once(folder / INPUTS_FILE) as partial:
+        partial.write_text(text + "\n", encoding="utf-8")
+
+
+def read_inputs(folder: Path) -> dict[str, str] | None:
+    """Return the fingerprint of a run directory, None if it has none that can be read."""
+    try:
+        known = json.loads((folder / INPUTS_FILE).read_text(encoding="utf-8"))
+        return {str(name): str(value) for name, value in known.items()}
+    except (OSError, ValueError, AttributeError, RecursionError):
+        return None
 
 
 def differing_input(folder: Path, inputs: Mapping[str, str]) -> str | None:
     """Return the first thing, in words, that is not as in the folder's fingerprint, or None."""
-    try:
-        known = json.loads((folder / INPUTS_FILE).read_text(encoding="utf-8"))
-        earlier = {str(name): str(value) for name, value in known.items()}
-    except (OSError, ValueError, AttributeError):
+    earlier = read_inputs(folder)
+    if earlier is None:
         return "inputs that are not known any more"
+    if MOTION in inputs and CONVERTED in earlier:
+        # The run's own motion is given: the recording is not converted again.
+        earlier[MOTION] = earlier.pop(CONVERTED)
+        earlier = {name: value for name, value in earlier.items() if name not in FILMED}
+    earlier.pop(CONVERTED, None)
     for name in (
         VERSION,
         *sorted((earlier.keys() | inputs.keys()) - {VERSION, SETTINGS}),
@@ -106,6 +129,8 @@ def differing_input(folder: Path, inputs: Mapping[str, str]) -> str | None:
         if earlier.get(name) != inputs.get(name):
             if name == VERSION:
                 return f"drinksim {earlier.get(name)}, this is {inputs[name]}"
+            if name in FILMED:
+                return f"another {name}"
             return "other settings" if name == SETTINGS else f"another file for {name}"
     return None
 
@@ -113,7 +138,8 @@ def differing_input(folder: Path, inputs: Mapping[str, str]) -> str | None:
 def _names(folder: Path) -> Iterator[str]:
     for file in sorted(folder.rglob("*")):
         name = file.relative_to(folder).as_posix()
-        if file.is_file() and file.suffix in READ_ENDINGS and name != SUMMARY_FILE:
+        read = file.suffix in READ_ENDINGS or name.startswith(KEPT_FOLDER)
+        if file.is_file() and read and name != SUMMARY_FILE:
             yield name
 
 

@@ -14,7 +14,7 @@ import json
 import shutil
 import time
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import fields as dataclass_fields
 from dataclasses import replace
@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from geometry2d.foundation.output import (
     claimed,
+    copy_directory,
     empty_directory,
     file_at_once,
     put_in_place,
@@ -39,8 +40,11 @@ from scenarios.results.fields_file import FIELDS_FILE, FieldRows, write_model
 from scenarios.results.history_file import HISTORY_FILE, as_written, write_history
 from scenarios.results.increment import ContactField, Increment, SectionModel, SolutionError
 from scenarios.results.integrity import (
+    CONVERTED,
+    checksum,
     differing_input,
     fingerprint,
+    read_inputs,
     sealed,
     write_inputs,
 )
@@ -61,7 +65,9 @@ class SolutionWriter:
     scenario_toml
         the resolved scenario.
     inputs
-        checksums, by setting, of files that the run depends on.
+        checksums, by name, of what the run depends on beside its settings.
+    sources
+        files that are copied into the run directory.
     resume
         go on after the last increment in ``out.partial`` if there is one.
     overwrite
@@ -80,6 +86,7 @@ class SolutionWriter:
         scenario_toml: str,
         *,
         inputs: Mapping[str, str] | None = None,
+        sources: Collection[Path] = (),
         resume: bool = False,
         overwrite: bool = False,
     ) -> None:
@@ -88,17 +95,15 @@ class SolutionWriter:
         self.partial = self._claim.enter_context(claimed(out))
         self._increments = self.partial / "increments"
         self._started = time.monotonic()
-        self._inputs = fingerprint(scenario_toml, inputs or {})
+        self._fingerprint = fingerprint(scenario_toml, inputs or {})
         try:
             if overwrite or not self._goes_on(resume=resume):
-                empty_directory(self.partial)
+                self._begin_anew(scenario_toml, sources)
         except BaseException:
             self._claim.close()
             raise
         if not self.is_complete:
             self._increments.mkdir(exist_ok=True)
-            (self.partial / SCENARIO_FILE).write_text(scenario_toml, encoding="utf-8")
-            write_inputs(self.partial, self._inputs)
         self.count = len(self._files())
         self.log(f"drinksim {version('drinksim')}, after {self.count} increments")
 
@@ -121,6 +126,19 @@ class SolutionWriter:
         """Whether a run was killed when nothing but tidying up was left to do; see `tidy`."""
         return (self.partial / SUMMARY_FILE).is_file()
 
+    def _begin_anew(self, scenario_toml: str, sources: Collection[Path]) -> None:
+        """Empty the draft, and write what the run depends on."""
+        inside = [file for file in sources if self.partial.resolve() in file.resolve().parents]
+        if inside:
+            raise SolutionError(
+                f"{inside[0]} lies in the unfinished run that would be started anew: go on with "
+                "it by --resume, or copy its files elsewhere first"
+            )
+        empty_directory(self.partial)
+        with file_at_once(self.partial / SCENARIO_FILE) as partial:
+            partial.write_text(scenario_toml, encoding="utf-8")
+        write_inputs(self.partial, self._fingerprint)
+
     def _goes_on(self, *, resume: bool) -> bool:
         """Whether what an earlier run left is used; it is checked then."""
         increments = self._files()
@@ -129,7 +147,7 @@ class SolutionWriter:
                 f"{self.partial} holds {len(increments)} increments of an unfinished run: --resume "
                 "goes on after them, --overwrite starts anew"
             )
-        other = differing_input(self.partial, self._inputs)
+        other = differing_input(self.partial, self._fingerprint)
         if other is not None and (increments or self.is_complete):
             raise SolutionError(
                 f"{self.partial} was started with {other}: repeat the run with the same, or start "
@@ -157,17 +175,44 @@ class SolutionWriter:
         with (self.partial / HISTORY_FILE).open("w", newline="", encoding="utf-8") as stream:
             write_history(stream, (increment.row() for increment in self.increments()))
 
-    def keep(self, source: Path, kept: Path) -> None:
-        """Copy a file into the run directory, so that the run can be repeated and shown from it."""
-        if kept.is_file():
-            if kept.read_bytes() != source.read_bytes():
-                raise SolutionError(
-                    f"{self.partial} was started with another {kept.name} than {source}: give that "
-                    "one, or start anew with --overwrite"
-                )
-            return
-        with file_at_once(kept) as partial:
-            shutil.copyfile(source, partial)
+    def keep(self, source: Path, place: str) -> Path:
+        """Copy a file, or a run directory, to a place in the run directory, and return it there.
+
+        Raises
+        ------
+        SolutionError
+            If another one is there.
+        """
+        kept = self.partial / place
+        if not kept.exists():
+            kept.parent.mkdir(parents=True, exist_ok=True)
+            if source.is_dir():
+                copy_directory(source, kept)
+            else:
+                with file_at_once(kept) as partial:
+                    shutil.copyfile(source, partial)
+        told = [each / SUMMARY_FILE if source.is_dir() else each for each in (source, kept)]
+        if checksum(told[0]) != checksum(told[1]):
+            raise SolutionError(
+                f"{self.out} was started with another {kept.name} than {source}: give that one, "
+                "or start anew with --overwrite"
+            )
+        return kept
+
+    def converted(self, motion: Path) -> None:
+        """Note the motion that the run made of its recording: it goes on with no other one.
+
+        Raises
+        ------
+        SolutionError
+            If the run was started with another one.
+        """
+        known = read_inputs(self.partial) or self._fingerprint
+        if known.setdefault(CONVERTED, checksum(motion)) != checksum(motion):
+            raise SolutionError(
+                f"{motion} was changed after the run was started: start anew with --overwrite"
+            )
+        write_inputs(self.partial, known)
 
     def last(self) -> Increment | None:
         """Return the last complete increment, from which a run can go on, or None."""

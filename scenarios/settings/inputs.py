@@ -5,12 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 
 from geometry2d.drawings.drawn_head import HeadDrawing
+from geometry2d.foundation.output import RESULT_MARK
 from mocap.tracking.marker_file import read_markers
 from scenarios.settings.files import ScenarioError
-from scenarios.settings.motion import MotionFile
+from scenarios.settings.named_files import named_files
 from scenarios.settings.person import Head
 from scenarios.settings.scenario import Scenario
 from scenarios.settings.tables import SettingError
+
+REFERENCE = "hand.reference"
+"""The setting that names a run directory in place of a file."""
+
+REMEDIES = {
+    REFERENCE: "make one with drinksim replay",
+    "motion.file": "make one with drinksim convert",
+}
+"""What to do if a file is missing, other than to look at its path."""
 
 
 def check_inputs(scenario: Scenario) -> None:
@@ -40,24 +50,23 @@ def check_inputs(scenario: Scenario) -> None:
 def input_files(scenario: Scenario) -> dict[str, Path]:
     """Return the files that a replay depends on, by the settings that name them.
 
+    A recording whose motion is known already only supplies pictures: it may be missing.
+
     Raises
     ------
     ScenarioError
-        If one of them is missing.
+        If one of the others is missing.
     """
-    named = {"package.outline": scenario.package.outline, "head.outline": scenario.head.outline}
-    if scenario.filmed is not None:
-        named["filmed.outline"] = scenario.filmed.outline
-    if isinstance(scenario.motion, MotionFile):
-        named["motion.file"] = scenario.motion.file
-    elif scenario.motion is None and scenario.recording is not None:
-        named["recording.video"] = scenario.recording.video
-        named["recording.markers"] = scenario.recording.markers
-    files = {setting: Path(file) for setting, file in named.items() if file is not None}
-    for setting, file in files.items():
-        if not file.is_file():
-            remedy = "make one with drinksim convert" if "motion" in setting else "check the path"
-            raise ScenarioError(f"{setting}: no file {file}: {remedy}")
+    files = {setting: Path(name) for setting, name in named_files(scenario).items()}
+    for setting, file in list(files.items()):
+        if (file / RESULT_MARK if setting == REFERENCE else file).is_file():
+            continue
+        if setting.startswith("recording.") and scenario.motion is not None:
+            del files[setting]
+            continue
+        kind = "run directory" if setting == REFERENCE else "file"
+        remedy = REMEDIES.get(setting, "check the path")
+        raise ScenarioError(f"{setting}: no {kind} {file}: {remedy}")
     return files
 
 

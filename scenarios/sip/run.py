@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -15,27 +15,18 @@ from mocap.convert import ConvertResult, convert
 from mocap.motion.motion import Motion
 from scenarios.results.collector import SolutionCollector
 from scenarios.results.increment import SolutionError
-from scenarios.results.integrity import checksum, differing_input, fingerprint
+from scenarios.results.integrity import MOTION, differing_input
+from scenarios.results.run_inputs import MOTION_FOLDER, REFERENCE_FOLDER, RunInputs
 from scenarios.results.solution import Solution
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.results.writer import SolutionWriter
 from scenarios.settings.hand import HandSettings
-from scenarios.settings.inputs import check_inputs, input_files
-from scenarios.settings.scenario import (
-    MotionFile,
-    Recording,
-    Scenario,
-    ScenarioError,
-    resolved_toml,
-)
+from scenarios.settings.inputs import check_inputs
+from scenarios.settings.scenario import Recording, Scenario
 from scenarios.sip.replay import neck_findings_of, refuse_contradictions, replay
 
-REFERENCE_FOLDER = "reference"
-"""Folder of a run directory with the run whose forces its hand follows."""
-
-MOTION_FOLDER = "motion"
-MOTION_FILES = ("motion.csv", "summary.json", "tracks.csv")
-"""What a replay and its pictures need of a conversion; tracks only for pictures."""
+BESIDE_MOTION = ("summary.json", "tracks.csv")
+"""What pictures need of a conversion beside its motion."""
 
 
 class NothingComputedError(DrinksimError):
@@ -184,31 +175,42 @@ def _solved_into(
     threads: Threads | None,
     progress: Progress,
 ) -> Solution:
-    kept = MotionFile(f"{MOTION_FOLDER}/motion.csv")
-    with_motion = scenario.with_(motion=kept.file, filmed=scenario.filmed)
-    text = resolved_toml(replace(with_motion, motion=kept))
-    inputs = _checksums(scenario)
+    inputs = RunInputs.of(scenario)
     if (out / SUMMARY_FILE).is_file() and not overwrite:
-        other = differing_input(out, fingerprint(text, inputs))
+        other = differing_input(out, inputs.fingerprint)
         if other is not None:
             raise SolutionError(
                 f"{out} holds a finished run with {other}: give another --out, or replace it with "
                 "--overwrite"
             )
         return Solution.load(out)
-    with SolutionWriter(out, text, inputs=inputs, resume=resume, overwrite=overwrite) as writer:
+    with SolutionWriter(
+        out,
+        inputs.text,
+        inputs=inputs.checksums,
+        sources=list(inputs.sources.values()),
+        resume=resume,
+        overwrite=overwrite,
+    ) as writer:
         if writer.is_complete:
             writer.tidy()
         else:
-            _replay_into(writer, scenario, threads, progress)
+            _replay_into(writer, scenario, inputs, threads, progress)
     return Solution.load(out)
 
 
 def _replay_into(
-    writer: SolutionWriter, scenario: Scenario, threads: Threads | None, progress: Progress
+    writer: SolutionWriter,
+    scenario: Scenario,
+    inputs: RunInputs,
+    threads: Threads | None,
+    progress: Progress,
 ) -> None:
-    """Replay from where the writer's run is to the end."""
-    known = scenario.with_motion(_provided_motion(scenario, writer, progress))
+    """Replay from where the writer's run is to the end, with the inputs that it keeps."""
+    for setting, source in inputs.sources.items():
+        writer.keep(source, inputs.places[setting])
+    _provide_motion(scenario, inputs, writer, progress)
+    known = inputs.within(writer.folder)
     outcome = replay(
         known,
         on_model=writer.model,
@@ -250,31 +252,22 @@ def _reference_run(
     return solve(filmed, out=folder, resume=folder is not None, threads=threads, progress=progress)
 
 
-def _checksums(scenario: Scenario) -> dict[str, str]:
-    """Return the checksums of a replay's input files, by the settings that name them."""
-    return {setting: checksum(file) for setting, file in input_files(scenario).items()}
-
-
-def _provided_motion(scenario: Scenario, writer: SolutionWriter, progress: Progress) -> Path:
-    """Put the motion into the run directory and return it there."""
-    folder = writer.folder / MOTION_FOLDER
-    kept = folder / "motion.csv"
-    if scenario.motion is None:
-        if not kept.is_file():
-            recording = _recording_of(scenario)
-            conversion = convert_recording(recording, folder, progress=progress)
-            for warning in conversion.warnings:
-                writer.log(f"recording: {warning}")
-        return kept
-    assert isinstance(scenario.motion, MotionFile)  # a motion in memory is in a file by now
-    motion = Path(scenario.motion.file)
-    if not motion.is_file():
-        raise ScenarioError(f"no motion file {motion}: make one with drinksim convert")
-    for name in MOTION_FILES:
-        source = motion if name == "motion.csv" else motion.with_name(name)
-        if source.is_file():
-            writer.keep(source, folder / name)
-    return kept
+def _provide_motion(
+    scenario: Scenario, inputs: RunInputs, writer: SolutionWriter, progress: Progress
+) -> None:
+    """Put the motion into the run directory, with what pictures need beside it."""
+    given = inputs.sources.get(MOTION)
+    if given is not None:
+        for name in BESIDE_MOTION:
+            if given.with_name(name).is_file():
+                writer.keep(given.with_name(name), f"{MOTION_FOLDER}/{name}")
+        return
+    kept = writer.folder / inputs.places[MOTION]
+    if not kept.is_file():
+        conversion = convert_recording(_recording_of(scenario), kept.parent, progress=progress)
+        for warning in conversion.warnings:
+            writer.log(f"recording: {warning}")
+    writer.converted(kept)
 
 
 def with_known_motion(scenario: Scenario, progress: Progress) -> Scenario:
