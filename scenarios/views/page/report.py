@@ -11,10 +11,12 @@ from pathlib import Path
 
 from geometry2d.foundation.output import check_writable, file_at_once
 from geometry2d.foundation.progress import Progress
+from scenarios.results.history_file import HISTORY_FILE
 from scenarios.results.messages import passive_message
 from scenarios.results.quantities import LIPS
+from scenarios.results.run_inputs import REFERENCE_FOLDER
 from scenarios.results.solution import Solution
-from scenarios.results.texts import history_bytes, motion_bytes, scenario_bytes
+from scenarios.results.texts import SCENARIO_FILE, history_bytes, repeating_files
 from scenarios.views.page.embedded import data_address
 from scenarios.views.page.histories import histories
 from scenarios.views.page.hypertext import Markup, joined, page, tag
@@ -118,26 +120,31 @@ def _repeat(runs: Sequence[Reported]) -> Markup:
 
 def _repeat_one(run: Reported) -> Markup:
     version = run.solution.summary.get("version", "")
-    scenario_toml = scenario_bytes(run.solution)
-    held = (
-        ("scenario.toml", scenario_toml, "application/toml"),
-        ("motion.csv", motion_bytes(run.solution), "text/csv"),
-        ("history.csv", history_bytes(run.solution), "text/csv"),
-    )
+    files = repeating_files(run.solution)
+    scenario_toml = files[SCENARIO_FILE].decode("utf-8")
     links = [
-        tag("a", name, href=data_address(data, kind), download=name)
-        for name, data, kind in held
-        if data is not None
+        tag("a", name, href=data_address(data, _media_type(name)), download=name)
+        for name, data in {**files, HISTORY_FILE: history_bytes(run.solution)}.items()
     ]
     separated = [part for link in links for part in (link, " · ")][:-1]
-    command = "drinksim replay scenario.toml --motion motion.csv --out again"
+    command = f"drinksim replay {SCENARIO_FILE} --out again"
+    beside = "" if run.scenario.hand.reference is None else f", and the run's {REFERENCE_FOLDER}/,"
     return joined(
         tag("h3", run.label),
         tag("p", "Held in this page: ", *separated, class_="downloads"),
-        tag("p", f"With drinksim {version} and the first two files: ", tag("code", command)),
+        tag(
+            "p",
+            f"With drinksim {version}, where the first {len(files)} files{beside} lie: ",
+            tag("code", command),
+        ),
         tag(
             "details",
             tag("summary", "The whole scenario: every setting, its unit and its source"),
-            tag("pre", tag("code", scenario_toml.decode("utf-8")), tabindex="0"),
+            tag("pre", tag("code", scenario_toml), tabindex="0"),
         ),
     )
+
+
+def _media_type(name: str) -> str:
+    kinds = {".toml": "application/toml", ".csv": "text/csv", ".svg": "image/svg+xml"}
+    return kinds.get(Path(name).suffix.lower(), "application/octet-stream")

@@ -9,6 +9,7 @@ import json
 import math
 import re
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from scenarios.results.messages import verdict_message
 from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution
 from scenarios.results.verdict import FAILURE, PAIN, Verdict
+from scenarios.settings.scenario import MotionFile, load_scenario
 from scenarios.views.animation import animate
 from scenarios.views.page.figures import RunCurve, curves, line_style
 from scenarios.views.page.hypertext import Markup, joined, tag
@@ -203,11 +205,16 @@ def test_a_comparison_says_what_differs(hostile_pair: Page) -> None:
     assert "Settings that differ between the runs: 1" in hostile_pair.text
 
 
-def test_the_page_holds_what_repeats_the_run(one: Page, run_directory: Path) -> None:
+def test_the_page_holds_what_repeats_the_run(
+    one: Page, run_directory: Path, tmp_path: Path
+) -> None:
     files = {
         link["download"]: embedded(link["href"]) for link in one.named("a") if "download" in link
     }
-    assert files["scenario.toml"] == (run_directory / "scenario.toml").read_bytes()
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+    kept, own = (load_scenario(f / "scenario.toml") for f in (tmp_path, run_directory))
+    assert kept == replace(own, recording=None, motion=MotionFile(str(tmp_path / "motion.csv")))
     assert files["motion.csv"] == (run_directory / "motion" / "motion.csv").read_bytes()
     lines = list(csv.DictReader(io.StringIO(files["history.csv"].decode())))
     assert len(lines) == Solution.load(run_directory).time_s.size
