@@ -135,6 +135,16 @@ class SkinLine:
         self._node_arc = np.concatenate([[0.0], np.cumsum(steps)])
         self.arc_mm = arc_mm
 
+    def between(self) -> tuple[Integers, Array]:
+        """Return between which of the line's nodes the contact points are.
+
+        The number (s,) of the node before each, and the share (s,) of the way to the next.
+        """
+        last = self.nodes.size - 2
+        before = np.clip(np.searchsorted(self._node_arc, self.arc_mm, side="right") - 1, 0, last)
+        length = self._node_arc[before + 1] - self._node_arc[before]
+        return before, np.clip((self.arc_mm - self._node_arc[before]) / length, 0.0, 1.0)
+
     def points(self, positions: Array) -> Array:
         """Return where the points (s, 2) of the contact fields are, from node positions (n, 2)."""
         along = positions[self.nodes]

@@ -4,8 +4,13 @@ import html
 import os
 import re
 import subprocess
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
+
+from tests.support.optional import needed_module
 
 FRAME = """<!doctype html><meta charset="utf-8">
 <style>body {{ margin: 0 }} iframe {{ width: {width}px; height: 4000px; border: 0 }}</style>
@@ -53,3 +58,40 @@ def laid_out(browser: str, page: Path, *, width_px: int, scratch: Path) -> Layou
     told = re.search(r'<p id="told">(\d+) (\d+) (\d+) (\d+)</p>', done.stdout)
     assert told, done.stdout[-500:] + done.stderr[-500:]
     return Layout(*map(int, told.groups()))
+
+
+@dataclass(frozen=True)
+class Visit:
+    """A page that is open: the tab, what the console said, and the addresses it asked for."""
+
+    tab: Any
+    messages: list[str] = field(default_factory=list)
+    requests: list[str] = field(default_factory=list)
+
+    def ready(self) -> Any:
+        """Return the tab when the moving part of a report is there."""
+        self.tab.wait_for_selector("#explore[data-ready]", timeout=20_000)
+        return self.tab
+
+
+@contextmanager
+def driven(browser: str) -> Iterator[Any]:
+    """Start a browser that a test drives."""
+    sync = needed_module("playwright.sync_api")
+    root = hasattr(os, "geteuid") and os.geteuid() == 0
+    options = ["--no-sandbox"] if root else []  # Chromium refuses to sandbox the superuser's
+    with sync.sync_playwright() as driver:
+        running = driver.chromium.launch(executable_path=browser, args=options)
+        yield running
+        running.close()
+
+
+def opened(running: Any, page: Path, *, width_px: int = 1280, **context: Any) -> Visit:
+    """Return a page that is open in a new tab."""
+    tab = running.new_page(viewport={"width": width_px, "height": 900}, **context)
+    visit = Visit(tab)
+    tab.on("console", lambda message: visit.messages.append(message.text))
+    tab.on("pageerror", lambda error: visit.messages.append(str(error)))
+    tab.on("request", lambda request: visit.requests.append(request.url))
+    tab.goto(page.as_uri())
+    return visit

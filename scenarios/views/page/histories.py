@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scenarios.views.page.embedded import image
 from scenarios.views.page.figures import RunCurve, curves, line_style
-from scenarios.views.page.hypertext import Markup, tag
+from scenarios.views.page.hypertext import Markup, folded, tag
 from scenarios.views.page.reported import Reported
 
 Array = NDArray[np.float64]
@@ -47,9 +47,12 @@ def histories(runs: Sequence[Reported]) -> Markup:
     return tag(
         "section",
         tag("h2", "Histories", id="histories"),
-        tag("p", about),
-        _key(runs) if len(runs) > 1 else Markup(),
-        tag("div", *pictures, class_="curves"),
+        folded(
+            "The histories as pictures",
+            tag("p", about),
+            _key(runs) if len(runs) > 1 else Markup(),
+            tag("div", *pictures, class_="curves"),
+        ),
         aria_labelledby="histories",
     )
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import html
 
-VOID = ("img", "meta", "col")
+VOID = ("img", "meta", "col", "input")
 """The elements without an end tag."""
 
 
@@ -45,8 +45,15 @@ def joined(*children: str) -> Markup:
     )
 
 
-def page(title: str, style: str, body: Markup, *, language: str = "en") -> str:
-    """Return a whole document that may load nothing and run nothing.
+def folded(title: str, /, *children: str) -> Markup:
+    """Return what is open on paper and without scripts, and what the page's scripts fold."""
+    return tag("details", tag("summary", title), *children, open="open", data_folded="yes")
+
+
+def page(
+    title: str, style: str, body: Markup, *, scripts: str = "'none'", language: str = "en"
+) -> str:
+    """Return a whole document that may load nothing, and run nothing but ``scripts``.
 
     Parameters
     ----------
@@ -56,8 +63,10 @@ def page(title: str, style: str, body: Markup, *, language: str = "en") -> str:
         CSS, taken as it is: never from a file.
     body
         the children of the body.
+    scripts
+        the source expression of its Content-Security-Policy for scripts, such as a digest.
     """
-    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    policy = f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {scripts}"
     head = joined(
         tag("meta", charset="utf-8"),
         tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),

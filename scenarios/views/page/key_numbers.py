@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from scenarios.results.quantities import LIPS
+from scenarios.results.texts import motion_bytes
 from scenarios.settings.layers import values_by_path
-from scenarios.views.page.hypertext import Markup, tag
+from scenarios.views.page.hypertext import Markup, folded, joined, tag
 from scenarios.views.page.reported import Reported
 
 ABSENT = "–"
@@ -73,7 +75,7 @@ def _both_lips(title: str, unit: str, name: str, pattern: str) -> list[Row]:
     ]
 
 
-ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
+FELT_ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
     (
         "Contact",
         [
@@ -110,6 +112,10 @@ ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
             ),
         ],
     ),
+)
+"""What decides, by group."""
+
+COMPUTED_ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
     (
         "Model",
         [
@@ -168,63 +174,111 @@ def key_numbers(runs: Sequence[Reported]) -> Markup:
         "Extremes over the whole sip. The mean of two surface elements is the thesis' measure; it "
         "depends on their size, the mean over 0.5 mm is made not to."
     )
+    if len(runs) > 1:
+        about += f" In brackets: the difference from {runs[0].label}."
+    computed = _table("Model and solver", COMPUTED_ROWS, runs, _plain_cells)
+    return tag(
+        "section",
+        tag("h2", "Key numbers", id="numbers"),
+        tag("p", about, class_="quiet"),
+        _table("Key numbers", FELT_ROWS, runs, _compared_cells),
+        _differences(runs) if len(runs) > 1 else Markup(),
+        folded("Model and solver", computed),
+        aria_labelledby="numbers",
+    )
+
+
+def _table(
+    title: str,
+    groups: Sequence[tuple[str, Sequence[Row]]],
+    runs: Sequence[Reported],
+    cells: Callable[[Sequence[str]], list[Markup]],
+) -> Markup:
+    """Return a table with a column for each run, which scrolls where it is too wide."""
     head = tag(
         "tr",
         tag("th", "quantity", scope="col"),
         tag("th", "unit", scope="col", class_="unit"),
         *(tag("th", run.label, scope="col") for run in runs),
     )
-    groups = []
-    for name, rows in ROWS:
+    bodies = []
+    for name, rows in groups:
         lines = [tag("tr", tag("th", name, scope="rowgroup", colspan=str(2 + len(runs))))]
         lines += [
             tag(
                 "tr",
                 tag("th", row.title, scope="row"),
                 tag("td", row.unit, class_="unit"),
-                *(tag("td", row.value(run)) for run in runs),
+                *cells([row.value(run) for run in runs]),
             )
             for row in rows
         ]
-        groups.append(tag("tbody", *lines))
-    table = tag(
-        "table",
-        tag("thead", head),
-        *groups,
-    )
-    scrolled = tag(
-        "div", table, class_="wide", tabindex="0", role="region", aria_label="Key numbers"
-    )
+        bodies.append(tag("tbody", *lines))
+    return _scrolled(title, tag("table", tag("thead", head), *bodies))
+
+
+def _scrolled(title: str, table: Markup, looks: str = "wide") -> Markup:
     return tag(
-        "section",
-        tag("h2", "Key numbers", id="numbers"),
-        tag("p", about, class_="quiet"),
-        scrolled,
-        _differences(runs) if len(runs) > 1 else Markup(),
-        aria_labelledby="numbers",
+        "div", table, class_=looks, tabindex="0", role="region", aria_label=f"Table: {title}"
     )
 
 
-NOT_COMPARED = ("name", "description", "recording", "motion")
-"""What a run is called and what it was made from; everything else of a scenario is a setting."""
+def _plain_cells(values: Sequence[str]) -> list[Markup]:
+    return [tag("td", value) for value in values]
+
+
+def _compared_cells(values: Sequence[str]) -> list[Markup]:
+    """Return the cells of a row: each value, and behind it how far it is from the first run's."""
+    cells = [tag("td", values[0])]
+    for value in values[1:]:
+        apart = _difference(values[0], value)
+        cells.append(tag("td", value, *([tag("small", f" ({apart})")] if apart else [])))
+    return cells
+
+
+def _difference(first: str, second: str) -> str:
+    """Return the difference of two written numbers, to their digits; empty if one is none.
+
+    >>> _difference("69.4", "57.9"), _difference("−0.44", "−0.33"), _difference("rim", "1")
+    ('−11.5', '+0.11', '')
+    """
+    try:
+        one, other = (float(text.replace(MINUS, "-")) for text in (first, second))
+    except ValueError:
+        return ""
+    decimals = max(len(text.partition(".")[2]) for text in (first, second))
+    return f"{other - one:+.{decimals}f}".replace("-", MINUS)
+
+
+NOT_COMPARED = ("name", "description", "motion.file")
+"""What a run is called, and where its motion lies: whether motions differ is seen from them."""
 
 
 def _differences(runs: Sequence[Reported]) -> Markup:
-    """Return a table of the settings that are not the same in all runs, to be opened."""
+    """Return a table of the settings that are not the same in all runs."""
     lines = []
+    if len({motion_bytes(run.solution) for run in runs}) > 1:
+        cells = _plain_cells([_motion_in_words(run) for run in runs])
+        lines.append(tag("tr", tag("th", "motion followed", scope="row"), *cells))
     for name, values in _settings_by_run(runs).items():
         if len(set(values)) > 1:
-            cells = (tag("td", value) for value in values)
-            lines.append(tag("tr", tag("th", tag("code", name), scope="row"), *cells))
+            path = tag("th", tag("code", name), scope="row")
+            lines.append(tag("tr", path, *_plain_cells(values)))
     if not lines:
-        return tag("p", "The runs have the same settings and differ in their motion only.")
+        return tag("p", "The runs have the same settings and the same motion.")
     head = [tag("th", text, scope="col") for text in ("setting", *(run.label for run in runs))]
     table = tag("table", tag("thead", tag("tr", *head)), tag("tbody", *lines))
-    return tag(
-        "details",
-        tag("summary", f"Settings that differ between the runs: {len(lines)}"),
-        tag("div", table, class_="wide", tabindex="0", role="region", aria_label="Differences"),
+    return joined(
+        tag("h3", f"Settings that differ between the runs: {len(lines)}"),
+        _scrolled("Settings that differ", table, looks="wide low"),
     )
+
+
+def _motion_in_words(run: Reported) -> str:
+    start, end = run.solution.time_s[[0, -1]]
+    x, y = np.ptp(run.solution.shift_mm, axis=0)
+    turned = math.degrees(np.ptp(run.solution.angle_rad))
+    return f"{start:.2f} to {end:.2f} s; the neck moves {x:.1f}, {y:.1f} mm and turns {turned:.1f}°"
 
 
 def _settings_by_run(runs: Sequence[Reported]) -> dict[str, list[str]]:
@@ -234,5 +288,5 @@ def _settings_by_run(runs: Sequence[Reported]) -> dict[str, list[str]]:
     return {
         path: [str(values.get(path, ABSENT)) for values in settings]
         for path in paths
-        if path.split(".")[0] not in NOT_COMPARED
+        if path not in NOT_COMPARED
     }

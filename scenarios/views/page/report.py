@@ -1,6 +1,6 @@
 """A report: one page that holds all of a run, or of several beside each other.
 
-The page is a single file that loads nothing: pictures are embedded, there is no script. What comes
+The page is a single file that loads nothing: pictures, data and scripts are embedded. What comes
 from files (names, descriptions, settings) is escaped by :mod:`scenarios.views.page.hypertext`.
 """
 
@@ -18,11 +18,21 @@ from scenarios.results.run_inputs import REFERENCE_FOLDER
 from scenarios.results.solution import Solution
 from scenarios.results.texts import SCENARIO_FILE, history_bytes, repeating_files
 from scenarios.views.page.embedded import data_address
+from scenarios.views.page.explore import explorer
 from scenarios.views.page.histories import histories
-from scenarios.views.page.hypertext import Markup, joined, page, tag
+from scenarios.views.page.hypertext import Markup, folded, joined, page, tag
 from scenarios.views.page.key_numbers import key_numbers
+from scenarios.views.page.moving import moving_page
 from scenarios.views.page.reported import Reported, ReportError, reported_runs
 from scenarios.views.page.run_section import run_section
+from scenarios.views.page.scripts import (
+    data_element,
+    explorer_style,
+    library_style,
+    page_script,
+    script_element,
+    script_policy,
+)
 from scenarios.views.page.style import STYLE
 from scenarios.views.page.verdicts import verdicts
 from scenarios.views.plots import imprint
@@ -56,17 +66,37 @@ def write_report(
     highest = upper_limit(
         float(imprint(run.solution, lip)[1].max()) for run in reported for lip in LIPS
     )
-    sections: list[Markup] = [verdicts(reported), key_numbers(reported), histories(reported)]
+    pictures = []
     for index, run in enumerate(reported):
 
         def say(share: float, text: str, *, done: int = index, label: str = run.label) -> None:
             progress((done + share) / len(reported), f"{label}, {text}")
 
-        sections.append(run_section(run, highest, say))
-    sections += [_trust(reported), _repeat(reported)]
-    text = page(_title(reported), STYLE, joined(_header(reported), tag("main", *sections)))
+        pictures.append(run_section(run, highest, say))
+    sections = [
+        verdicts(reported),
+        explorer(reported),
+        key_numbers(reported),
+        histories(reported),
+        _pictures(pictures),
+        _trust(reported),
+        _repeat(reported),
+    ]
     with file_at_once(out) as partial:
-        partial.write_text(text, encoding="utf-8")
+        partial.write_text(_whole(reported, sections), encoding="utf-8")
+
+
+def _whole(runs: Sequence[Reported], sections: Sequence[Markup]) -> str:
+    """Return the document: what is read, the data of its moving part, and its script."""
+    script = page_script()
+    body = joined(
+        _header(runs),
+        tag("main", *sections),
+        data_element("moving", moving_page(runs)),
+        script_element(script),
+    )
+    style = STYLE + library_style() + explorer_style()
+    return page(_title(runs), style, body, scripts=script_policy(script))
 
 
 def _title(runs: Sequence[Reported]) -> str:
@@ -82,6 +112,8 @@ def _header(runs: Sequence[Reported]) -> Markup:
     links += [(f"#{run.anchor}", run.label) for run in runs]
     links += [("#trust", "How far to trust it"), ("#repeat", "Repeat it")]
     entries = [tag("li", tag("a", text, href=target)) for target, text in links]
+    moving = tag("a", "Move through the sip", href="#explore")
+    entries.insert(0, tag("li", moving, class_="scripted", hidden="hidden"))
     return tag(
         "header",
         tag("p", "drinksim report", class_="quiet"),
@@ -89,6 +121,11 @@ def _header(runs: Sequence[Reported]) -> Markup:
         tag("p", lead, class_="lead"),
         tag("nav", tag("ul", *entries), aria_label="Contents"),
     )
+
+
+def _pictures(of_runs: Sequence[Markup]) -> Markup:
+    title = tag("h2", "Six instants and the imprint", id="pictures")
+    return tag("section", title, *of_runs, aria_labelledby="pictures")
 
 
 def _trust(runs: Sequence[Reported]) -> Markup:
@@ -113,7 +150,7 @@ def _repeat(runs: Sequence[Reported]) -> Markup:
     return tag(
         "section",
         tag("h2", "How to repeat it", id="repeat"),
-        *(_repeat_one(run) for run in runs),
+        folded("Settings, motion and history of each run", *(_repeat_one(run) for run in runs)),
         aria_labelledby="repeat",
     )
 

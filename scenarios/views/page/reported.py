@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -82,10 +82,11 @@ def reported_runs(runs: Sequence[Solution | Path]) -> list[Reported]:
     _refuse_doubles(solutions)
     views = [_view_of(solution) for solution in solutions]
     limits = max(view.limits[0] for view in views), max(view.limits[1] for view in views)
+    folders = _told_apart(solutions)
     names = Counter(solution.scenario.name for solution in solutions)
     return [
         Reported(
-            label=_label(solution, number, alone=names[solution.scenario.name] == 1),
+            label=_label(solution.scenario.name, folders[number - 1], names),
             anchor=f"run-{number}",
             run_view=replace(view, limits=limits),
             neck=solution.scenario.package.section(),
@@ -104,9 +105,19 @@ def _refuse_doubles(solutions: Sequence[Solution]) -> None:
             raise ReportError(f"{named} is given more than once: name every run once")
 
 
-def _label(solution: Solution, number: int, *, alone: bool) -> str:
-    name = solution.scenario.name
-    return name if alone else f"{name} ({solution.folder or number})"
+def _label(name: str, folder: str, names: Mapping[str, int]) -> str:
+    return name if names[name] == 1 or name == folder else f"{name} ({folder})"
+
+
+def _told_apart(solutions: Sequence[Solution]) -> list[str]:
+    """Return what tells runs of one scenario apart: their folders, as short as that can be."""
+    names = ["" if s.folder is None else s.folder.resolve().name for s in solutions]
+    return [
+        str(number if solution.folder is None else solution.folder)
+        if not name or names.count(name) > 1
+        else name
+        for number, (name, solution) in enumerate(zip(names, solutions, strict=True), start=1)
+    ]
 
 
 def _view_of(solution: Solution) -> RunView:

@@ -1,4 +1,4 @@
-"""The section of a report on one run: six instants, and the imprint on the neck."""
+"""What a report shows of one run: six instants, and the imprint on the neck."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from geometry2d.foundation.progress import Progress
 from scenarios.results.quantities import LIPS
 from scenarios.views.page.embedded import image
 from scenarios.views.page.figures import InstantPicture, gradient, imprint_figure, snapshots
-from scenarios.views.page.hypertext import Markup, tag
+from scenarios.views.page.hypertext import Markup, folded, tag
 from scenarios.views.page.reported import Reported
 from scenarios.views.run_view import RunView
 from scenarios.views.scene import PRESSURE_COLOURS
 
 
 def run_section(run: Reported, highest_kpa: float, progress: Progress) -> Markup:
-    """Return the section on one run.
+    """Return what is shown of one run, to be folded.
 
     Parameters
     ----------
@@ -29,7 +29,6 @@ def run_section(run: Reported, highest_kpa: float, progress: Progress) -> Markup
     """
     instants = list(snapshots(run.run_view, progress))
     parts = [
-        tag("h2", run.label, id=run.anchor),
         tag("p", run.scenario.description),
         tag("h3", "The sip in six instants"),
         _about_the_pictures(run),
@@ -38,7 +37,7 @@ def run_section(run: Reported, highest_kpa: float, progress: Progress) -> Markup
         tag("h3", "The imprint on the neck"),
         _imprint(run, highest_kpa),
     ]
-    return tag("section", *parts, class_="run", aria_labelledby=run.anchor)
+    return tag("div", folded(run.label, *parts), class_="run", id=run.anchor)
 
 
 def _about_the_pictures(run: Reported) -> Markup:

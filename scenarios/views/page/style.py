@@ -9,7 +9,7 @@ body { margin: 0 auto; max-width: 74rem; padding: 1.5rem clamp(1rem, 3vw, 2.5rem
   background: var(--paper); color: var(--ink);
   font: 1.0625rem/1.55 system-ui, -apple-system, "Segoe UI", "Noto Sans", sans-serif; }
 h1 { font-size: clamp(1.6rem, 4vw, 2.3rem); line-height: 1.15; margin: 0 0 .4rem; }
-h2 { font-size: 1.4rem; line-height: 1.25; margin: 3rem 0 .6rem; padding-top: 1rem;
+h2 { font-size: 1.4rem; line-height: 1.25; margin: 2.2rem 0 .6rem; padding-top: .9rem;
   border-top: 1px solid var(--line); }
 h3 { font-size: 1.1rem; margin: 1.8rem 0 .4rem; }
 h1, h2, h3, code, summary, td, th, figcaption { overflow-wrap: anywhere; }
@@ -26,10 +26,14 @@ img { display: block; max-width: 100%; height: auto; }
 figure img { width: 100%; border-radius: 4px; }
 .verdicts { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fit, minmax(min(26rem,
   100%), 1fr)); margin: 1.2rem 0; }
+.verdicts.many { grid-template-columns: repeat(auto-fit, minmax(min(19rem, 100%), 1fr));
+  font-size: .92rem; }
 .verdict { background: white; border: 1px solid var(--line); border-radius: 8px;
   padding: .9rem 1.1rem 1.1rem; }
 .verdict h3 { margin: 0 0 .2rem; }
 .verdict p { margin: .2rem 0 .7rem; }
+.many .verdict { padding: .6rem .9rem .7rem; }
+.many .gauge { margin-top: .3rem; }
 .gauge { margin-top: .7rem; font-size: .86rem; }
 .gauge .title { display: flex; justify-content: space-between; gap: 1rem; }
 .track { position: relative; height: 14px; margin: .25rem 0 .15rem; background: #eceae4;
@@ -60,13 +64,17 @@ figure img { width: 100%; border-radius: 4px; }
 .bars .colours { display: block; height: 12px; border-radius: 3px; margin: .2rem 0; }
 .bars .ticks { display: flex; justify-content: space-between; color: var(--quiet); }
 .wide { overflow-x: auto; }
+.wide.low { max-height: 16rem; overflow-y: auto; }
 .wide:focus-visible { outline: 2px solid var(--upper); outline-offset: 2px; }
 table { border-collapse: collapse; font-size: .95rem; font-variant-numeric: tabular-nums;
   background: white; min-width: 100%; }
 th, td { padding: .32rem .7rem; border-bottom: 1px solid var(--line); text-align: right;
-  vertical-align: top; min-width: 6.5rem; }
+  vertical-align: top; min-width: 5.5rem; }
 th[scope=row] { text-align: left; font-weight: 400; min-width: 12rem; position: sticky; left: 0;
   background: white; }
+td { white-space: nowrap; }
+.low td { white-space: normal; }
+td small { color: var(--quiet); }
 td.unit { text-align: left; white-space: nowrap; color: var(--quiet); min-width: 3.5rem; }
 thead th { border-bottom: 2px solid var(--ink); }
 thead th:first-child, thead th.unit { text-align: left; }
@@ -75,8 +83,10 @@ pre { overflow-x: auto; background: white; border: 1px solid var(--line); border
   padding: .8rem 1rem; font-size: .8rem; line-height: 1.45; }
 code { font-family: ui-monospace, "SF Mono", "DejaVu Sans Mono", monospace; font-size: .92em; }
 pre code { overflow-wrap: normal; font-size: 1em; }
-details { margin: .6rem 0; }
+details { margin: .3rem 0; }
 summary { cursor: pointer; padding: .3rem 0; font-weight: 600; }
+@media (min-width: 60rem) { th[scope=row] { white-space: nowrap; } }
+.many + p { max-width: none; }
 @media (max-width: 40rem) {
   .sequence { grid-template-columns: repeat(2, 1fr); gap: .7rem; }
   th[scope=row] { min-width: 9.5rem; }
@@ -96,6 +106,7 @@ summary { cursor: pointer; padding: .3rem 0; font-weight: 600; }
   h2 { margin-top: 1.6rem; }
   .imprint { grid-template-columns: 1.25fr 1fr; }
   .wide, pre { overflow: visible; }
+  .wide.low { max-height: none; }
   pre { white-space: pre-wrap; }
 }
 """

@@ -6,19 +6,22 @@ from collections.abc import Callable, Sequence
 
 from scenarios.results.messages import felt_message, verdict_message
 from scenarios.results.verdict import FAILURE, PAIN, Threshold
-from scenarios.views.page.hypertext import Markup, tag
+from scenarios.views.page.hypertext import Markup, folded, tag
 from scenarios.views.page.reported import Reported
+
+SPELLED_OUT = 2
+"""Of so many runs it is said at once what the gauges mean; of more it is folded."""
 
 
 def verdicts(runs: Sequence[Reported]) -> Markup:
     """Return what was found about each run, in sentences and on gauges."""
-    cards = []
+    cards, many = [], len(runs) > SPELLED_OUT
     for run in runs:
-        parts = [
-            tag("h3", run.label),
+        words = [
             tag("p", verdict_message(run.verdict)),
             tag("p", felt_message(run.solution.summary)),
         ]
+        parts = [tag("h3", run.label), *([folded("In words", *words)] if many else words)]
         if not run.solution.summary["finished"]:
             how = f"The run is not complete: {run.solution.summary['sentence']}"
             parts.insert(1, tag("p", how, class_="warning"))
@@ -36,7 +39,7 @@ def verdicts(runs: Sequence[Reported]) -> Markup:
     return tag(
         "section",
         tag("h2", "In a sentence", id="sentence"),
-        tag("div", *cards, class_="verdicts"),
+        tag("div", *cards, class_="verdicts many" if many else "verdicts"),
         tag("p", limits, class_="quiet"),
         aria_labelledby="sentence",
     )

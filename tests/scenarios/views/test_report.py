@@ -29,6 +29,7 @@ from scenarios.views.animation import animate
 from scenarios.views.page.figures import RunCurve, curves, line_style
 from scenarios.views.page.hypertext import Markup, joined, tag
 from scenarios.views.page.report import write_report
+from scenarios.views.page.scripts import page_script, script_policy
 from scenarios.views.plots import plot_histories
 from tests.support.made_up_sip import resealed
 
@@ -44,6 +45,7 @@ class Page(HTMLParser):
         self.elements: list[tuple[str, dict[str, str]]] = []
         self.words: list[str] = []
         self.cells: list[list[str]] = []
+        self.scripts: list[tuple[dict[str, str], str]] = []
         self._open: list[str] = []
         self.feed(text)
         self.close()
@@ -62,7 +64,9 @@ class Page(HTMLParser):
         assert self._open.pop() == name
 
     def handle_data(self, data: str) -> None:
-        if "style" in self._open:
+        if "script" in self._open:
+            self.scripts.append((self.elements[-1][1], data))
+        if {"style", "script"} & set(self._open):
             return
         self.words.append(data)
         if {"td", "th"} & set(self._open):
@@ -70,6 +74,11 @@ class Page(HTMLParser):
 
     def named(self, name: str) -> list[dict[str, str]]:
         return [attributes for element, attributes in self.elements if element == name]
+
+    @property
+    def pictures(self) -> list[dict[str, str]]:
+        """Those that are there without scripts."""
+        return [picture for picture in self.named("img") if picture.get("class") != "film"]
 
     @property
     def text(self) -> str:
@@ -124,19 +133,25 @@ def hostile_pair(run_directory: Path, tmp_path_factory: pytest.TempPathFactory) 
     return Page(out.read_text(encoding="utf-8"))
 
 
-def test_a_page_loads_and_runs_nothing(one: Page, hostile_pair: Page) -> None:
+def test_a_page_loads_nothing_and_runs_nothing_but_its_script(
+    one: Page, hostile_pair: Page
+) -> None:
     for page in (one, hostile_pair):
         for name, attributes in page.elements:
-            assert name not in ("script", "link", "iframe", "object", "base")
+            assert name not in ("link", "iframe", "object", "base")
             assert not any(key.startswith("on") for key in attributes)
             for key in ("src", "href"):
                 assert attributes.get(key, "#").startswith(("data:", "#"))
         policies = [meta for meta in page.named("meta") if "http-equiv" in meta]
         assert policies[0]["content"].startswith("default-src 'none'")
+        held, run = page.scripts
+        assert held[0]["type"] == "application/json"
+        assert run == ({}, page_script())
+        assert policies[0]["content"].endswith(f"script-src {script_policy(page_script())}")
 
 
 def test_every_picture_can_be_read_and_is_described(one: Page) -> None:
-    pictures = one.named("img")
+    pictures = one.pictures
     # Nine histories, six instants twice, the imprint in time and on the contour.
     assert len(pictures) == 9 + 12 + 2
     for picture in pictures:
@@ -194,9 +209,14 @@ def test_runs_of_one_scenario_are_told_apart_and_forces_are_per_width(
         toml.write("[numerics]\nthickness_mm = 4.0\n")
     write_report([run_directory, resealed(thick)], tmp_path / "r.html")
     page = Page((tmp_path / "r.html").read_text())
-    assert f"made up ({thick})" in page.text
-    first, second = (float(x) for x in page.row("largest force on the hand, per mm of width"))
+    assert "made up (run)" in page.text
+    assert "made up (thick)" in page.text
+    first, second = (
+        float(x.split()[0]) for x in page.row("largest force on the hand, per mm of width")
+    )
     assert second == pytest.approx(first / 4, rel=1e-3)
+    told = page.row("largest force on the hand, per mm of width")[1]
+    assert told.endswith(f"(−{first - second:.1f})")
     assert ["numerics.thickness_mm", "1.0", "4.0"] in page.cells
 
 
@@ -247,7 +267,7 @@ def test_a_lost_recording_is_said(run_directory: Path, tmp_path: Path) -> None:
     write_report([resealed(lost)], tmp_path / "r.html")
     page = Page((tmp_path / "r.html").read_text())
     assert "lost its recording's file" in page.text
-    assert len(page.named("img")) == 9 + 6 + 2
+    assert len(page.pictures) == 9 + 6 + 2
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,60 @@
+// Colour scales: a value to one of a list of colours, and a legend that says what it cuts.
+
+import { written } from "./arrays.js";
+
+export const INK = "#2b2f36";
+export const QUIET = "#5d626b";
+
+/** Colours from 0 to `limit`; low values tell apart, as the colours go with the square root. */
+export class Scale {
+  constructor({ title, unit, decimals, limit, colours }) {
+    Object.assign(this, { title, unit, decimals, limit, colours });
+  }
+
+  /** Which of the colours a value has. */
+  index(value) {
+    if (!(value > 0)) return 0;
+    const share = Math.sqrt(value / this.limit);
+    return Math.min(this.colours.length - 1, Math.floor(share * this.colours.length));
+  }
+
+  /** Values at places (0 to 1) of the legend. */
+  tick(share) {
+    return this.limit * share * share;
+  }
+}
+
+/** Colours from -limit (blue) to +limit (red). */
+export class DifferenceScale {
+  constructor({ title, unit, decimals, limit, colours }) {
+    Object.assign(this, { title, unit, decimals, limit, colours });
+  }
+
+  index(value) {
+    const share = (value / this.limit + 1) / 2;
+    const last = this.colours.length - 1;
+    return Math.max(0, Math.min(last, Math.floor(share * this.colours.length)));
+  }
+
+  tick(share) {
+    return this.limit * (2 * share - 1);
+  }
+}
+
+/** Fills `place` with the legend of a scale. */
+export function showLegend(place, scale, note = "") {
+  const title = document.createElement("span");
+  title.textContent = `${scale.title}${scale.unit ? `, ${scale.unit}` : ""}${note}`;
+  const strip = document.createElement("span");
+  strip.className = "colours";
+  strip.style.background = `linear-gradient(to right, ${scale.colours.join(", ")})`;
+  const ticks = document.createElement("span");
+  ticks.className = "ticks";
+  for (const share of [0, 0.25, 0.5, 0.75, 1]) {
+    const tick = document.createElement("span");
+    const value = scale.tick(share);
+    tick.textContent = written(value, Math.abs(scale.limit) >= 20 ? 0 : 2);
+    ticks.append(tick);
+  }
+  place.replaceChildren(title, strip, ticks);
+}

@@ -1,0 +1,174 @@
+// Histories of one or two runs: curves, thresholds, the difference in red and blue, a mark in time.
+
+import { INK } from "./colours.js";
+import { interpolated, nearest, written } from "./arrays.js";
+
+const RED = "rgba(178, 44, 44, 0.28)";
+const BLUE = "rgba(33, 94, 168, 0.28)";
+const HEIGHT = 190;
+const FONT = "12px system-ui, sans-serif";
+
+/** One history on the page: a figure with its curves and a line of values at the instant. */
+export class HistoryChart {
+  constructor(figure, name, page, onTime) {
+    this.figure = figure;
+    this.name = name;
+    this.page = page;
+    this.place = figure.querySelector(".curve");
+    this.values = figure.querySelector(".values");
+    this.onTime = onTime;
+    new ResizeObserver(() => this.resize()).observe(this.place);
+  }
+
+  /** Draws these runs with these styles ({colour, dash}), the difference between two of them. */
+  show(runs, styles) {
+    this.runs = runs;
+    this.plot?.destroy();
+    const alone = runs.length === 1;
+    this.xs = runs.map((run) => (alone ? run.data.time_s : run.data.relative_time));
+    const grid = [...new Set(this.xs.flat())].sort((a, b) => a - b);
+    const lines = runs.map((run, i) =>
+      grid.map((x) => interpolated(this.xs[i], run.data.history[this.name], x)),
+    );
+    const series = styles.map(({ colour, dash }, i) => ({
+      label: runs[i].label, stroke: colour, width: 1.8, dash, points: { show: false },
+    }));
+    this.plot = new uPlot(
+      {
+        width: Math.max(200, this.place.clientWidth),
+        height: HEIGHT,
+        legend: { show: false },
+        cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
+        scales: { x: { time: false } },
+        axes: [axis(alone ? "time, s" : "relative time"), axis(this.unit())],
+        series: [{}, ...series],
+        hooks: {
+          setCursor: [(plot) => this.hover(plot)],
+          drawClear: [(plot) => this.difference(plot)],
+          draw: [(plot) => this.threshold(plot)],
+          init: [(plot) => this.listen(plot)],
+          ready: [() => this.frames && this.move(this.frames)],
+        },
+      },
+      [grid, ...lines],
+      this.place,
+    );
+    this.mark = document.createElement("div");
+    this.mark.className = "mark";
+    this.plot.over.append(this.mark);
+  }
+
+  unit() {
+    return this.page.quantities[this.name].unit || "log strain";
+  }
+
+  decimals() {
+    return { kPa: 1, mm: 3, N: 4, "": 3 }[this.page.quantities[this.name].unit] ?? 3;
+  }
+
+  listen(plot) {
+    plot.over.addEventListener("click", () => {
+      const x = plot.posToVal(plot.cursor.left, "x");
+      const run = this.runs[0];
+      const k = nearest(this.xs[0], x);
+      this.onTime(run.data.relative_time[k]);
+    });
+    plot.over.addEventListener("mouseleave", () => this.tell());
+  }
+
+  /** Moves the mark and the values to an instant: a frame of each run. */
+  move(frames) {
+    this.frames = frames;
+    const increment = this.runs[0].data.increment[frames[0]];
+    const x = this.xs[0][increment];
+    this.mark.style.transform = `translateX(${this.plot.valToPos(x, "x")}px)`;
+    this.figure.dataset.timeS = this.runs[0].data.time_s[increment];
+    this.tell();
+  }
+
+  tell() {
+    if (!this.frames) return;
+    this.say(this.runs.map((run, i) => run.data.increment[this.frames[i]]));
+  }
+
+  hover(plot) {
+    if (plot.cursor.left < 0 || plot.cursor.left === null) return;
+    const x = plot.posToVal(plot.cursor.left, "x");
+    this.say(this.xs.map((xs) => nearest(xs, x)));
+  }
+
+  /** Writes the values of each run at an increment of its own. */
+  say(increments) {
+    const decimals = this.decimals();
+    const values = this.runs.map((run, i) => run.data.history[this.name][increments[i]]);
+    const unit = this.page.quantities[this.name].unit;
+    const parts = this.runs.map((run, i) => {
+      const time = written(run.data.time_s[increments[i]], 2);
+      return `${run.label} ${written(values[i], decimals)}${unit ? ` ${unit}` : ""} at ${time} s`;
+    });
+    if (values.length > 1) parts.push(`difference ${written(values[1] - values[0], decimals)}`);
+    this.values.textContent = parts.join(" · ");
+  }
+
+  /** Fills between the two curves: red where the second lies above the first, blue below. */
+  difference(plot) {
+    if (this.runs.length < 2) return;
+    const { ctx, data } = plot;
+    const [grid, first, second] = data;
+    const y = (value) => plot.valToPos(value, "y", true);
+    for (let k = 0; k + 1 < grid.length; k++) {
+      const [left, right] = [plot.valToPos(grid[k], "x", true), plot.valToPos(grid[k + 1], "x", true)];
+      ctx.fillStyle = second[k] + second[k + 1] > first[k] + first[k + 1] ? RED : BLUE;
+      ctx.beginPath();
+      ctx.moveTo(left, y(first[k]));
+      ctx.lineTo(right, y(first[k + 1]));
+      ctx.lineTo(right, y(second[k + 1]));
+      ctx.lineTo(left, y(second[k]));
+      ctx.fill();
+    }
+  }
+
+  /** Draws the threshold that the quantity has if it lies within the axis, and says where it is. */
+  threshold(plot) {
+    const found = thresholdOf(this.name, this.page);
+    if (!found) return;
+    const above = found.low > plot.scales.y.max;
+    this.figure.querySelector(".limit").textContent = `${found.words}${above ? ", above ↑" : ""}`;
+    if (above) return;
+    const { ctx, bbox } = plot;
+    ctx.fillStyle = "#9c2f2f";
+    ctx.fillRect(bbox.left, plot.valToPos(found.low, "y", true), bbox.width, 2);
+  }
+
+  resize() {
+    if (this.plot && this.place.clientWidth) {
+      this.plot.setSize({ width: this.place.clientWidth, height: HEIGHT });
+      if (this.frames) this.move(this.frames);
+    }
+  }
+}
+
+function thresholdOf(name, page) {
+  if (name.endsWith("_kpa") && name.includes("_lip_")) {
+    const { low } = page.pain;
+    return { low, words: `pain from ${low.toFixed(0)} kPa` };
+  }
+  if (name === "dermis_max_log_strain") {
+    const { low } = page.failure;
+    return { low, words: `skin tears at ${low.toFixed(2)}` };
+  }
+  return null;
+}
+
+function axis(label) {
+  return {
+    label,
+    stroke: INK,
+    font: FONT,
+    labelFont: FONT,
+    labelSize: 18,
+    size: label.includes("time") ? 34 : 52,
+    grid: { stroke: "#e9e6e0", width: 1 },
+    ticks: { stroke: "#c9c5bc", width: 1 },
+  };
+}

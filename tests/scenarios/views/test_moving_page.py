@@ -1,0 +1,278 @@
+"""The moving part of a report in a browser: one instant everywhere, values of the run directory."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenarios.results.solution import Solution
+from scenarios.views.page.report import write_report
+from scenarios.views.scene import SHOWN, SkinLine
+from tests.support.browser import Visit, driven, opened
+from tests.support.made_up_sip import resealed
+from tests.support.optional import needed_module, needed_program
+
+pytestmark = [
+    pytest.mark.slow,
+    # The driver leaves its event loop's socket to the collector.
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+]
+
+PLACES = 20
+NUMBER = r"[−\d.]+"
+
+
+@pytest.fixture(scope="module")
+def pair(run_directory: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A page of two runs that differ in a setting."""
+    place = tmp_path_factory.mktemp("moving")
+    other = place / "other"
+    shutil.copytree(run_directory, other)
+    toml = other / "scenario.toml"
+    text = toml.read_text().replace("made up", "</script> & other")
+    toml.write_text(f"{text}\n[contact]\nfriction = 0.25\n")
+    write_report([run_directory, resealed(other)], place / "pair.html")
+    return place / "pair.html"
+
+
+@pytest.fixture(scope="module")
+def running() -> Iterator[Any]:
+    chromium = needed_program("chromium", "chromium-browser", "google-chrome", package="chromium")
+    with driven(chromium) as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def visit(running: Any, pair: Path) -> Visit:
+    found = opened(running, pair)
+    found.ready()
+    return found
+
+
+def moved_to(tab: Any, frame: int) -> None:
+    """Drag the slider to a frame of the first run."""
+    tab.eval_on_selector(
+        "#explore .time",
+        "(slider, to) => { slider.value = to; slider.dispatchEvent(new Event('input')); }",
+        frame,
+    )
+
+
+def number(text: str) -> float:
+    return float(text.replace("−", "-"))
+
+
+class Section:
+    """The first section on the page: where a place of the head frame is on the screen."""
+
+    def __init__(self, tab: Any) -> None:
+        self.tab = tab
+        canvas = tab.locator(".pane .section").first
+        canvas.scroll_into_view_if_needed()
+        self.box = canvas.bounding_box()
+        self.centre = np.array([float(x) for x in canvas.get_attribute("data-centre").split()])
+        self.px_per_mm = float(canvas.get_attribute("data-px-per-mm"))
+
+    def pointed(self, place: np.ndarray) -> str | None:
+        """What the page says of a place, mm; None if it is not in view."""
+        middle = [self.box["width"] / 2, self.box["height"] / 2]
+        x, y = middle + (place - self.centre) * [self.px_per_mm, -self.px_per_mm]
+        if not (0 < x < self.box["width"] and 0 < y < self.box["height"]):
+            return None
+        self.tab.mouse.move(self.box["x"] + x, self.box["y"] + y)
+        return str(self.tab.locator(".pane .pointed").first.inner_text())
+
+
+@pytest.mark.parametrize("frame", [0, 3, 7, 10])
+def test_the_slider_moves_everything_to_one_instant(
+    visit: Visit, run_directory: Path, frame: int
+) -> None:
+    tab = visit.tab
+    moved_to(tab, frame)
+    time = Solution.load(run_directory).time_s[frame]
+    seen = tab.eval_on_selector_all(
+        ".section, .imprint-map canvas, .chart", "all => all.map(one => Number(one.dataset.timeS))"
+    )
+    assert len(seen) == 3 + 4 + 9
+    assert seen == pytest.approx([time] * len(seen), abs=1e-6)
+    assert f"{time:.2f} s" in tab.locator("#explore .now").inner_text()
+    assert f"{time:.2f} s" in tab.get_attribute("#explore .time", "aria-valuetext")
+    film = float(tab.get_attribute(".film", "data-time-s"))
+    assert film == pytest.approx(time, abs=0.08)
+
+
+def test_places_have_the_values_of_the_run_directory(visit: Visit, run_directory: Path) -> None:
+    solution, tab = Solution.load(run_directory), visit.tab
+    random = np.random.default_rng(7)
+    checked = {"tissue": 0, "skin": 0}
+    for _ in range(40 * PLACES):
+        frame = int(random.integers(1, solution.time_s.size - 1))
+        moved_to(tab, frame)
+        section, snapshot = Section(tab), solution.snapshot(frame)
+        positions = solution.model.nodes + snapshot.displacement
+        element = int(random.integers(len(solution.model.triangles)))
+        said = section.pointed(positions[solution.model.triangles[element, :3]].mean(axis=0))
+        if said and (found := re.search(r"element (\d+): (.*); node (\d+)", said)):
+            assert int(found[1]) == element
+            values = [number(n) for n in re.findall(rf"({NUMBER})(?: kPa)?(?:,|$)", found[2])]
+            for value, shown in zip(values, SHOWN.values(), strict=True):
+                true = snapshot.element[shown.field][element] * shown.factor
+                assert value == pytest.approx(true, abs=0.0501 if shown.unit else 0.000501)
+            moved = re.search(rf"moved by \(({NUMBER}), ({NUMBER})\)", said)
+            assert moved is not None
+            expected = snapshot.displacement[int(found[3])]
+            assert [number(n) for n in moved.groups()] == pytest.approx(expected, abs=0.000501)
+            checked["tissue"] += 1
+        lip = ("upper", "lower")[int(random.integers(2))]
+        line = SkinLine(solution.model, solution.model.skin[lip], solution.contact[lip].arc_mm)
+        point = int(random.integers(line.arc_mm.size))
+        said = section.pointed(line.points(positions)[point])
+        pattern = rf"skin, point (\d+), .* pressure ({NUMBER}) kPa, shear ({NUMBER}) kPa"
+        if said and (found := re.search(pattern, said)):
+            fields = solution.contact[lip].fields
+            where = frame, int(found[1])
+            assert said.startswith(lip)
+            assert number(found[2]) == pytest.approx(
+                1e3 * fields["pressure_mpa"][where], abs=0.0501
+            )
+            assert number(found[3]) == pytest.approx(1e3 * fields["shear_mpa"][where], abs=0.0501)
+            checked["skin"] += 1
+        if min(checked.values()) >= PLACES / 2:
+            return
+    raise AssertionError(f"too few places were in view: {checked}")
+
+
+def test_a_curve_tells_its_values(visit: Visit, run_directory: Path) -> None:
+    solution, tab = Solution.load(run_directory), visit.tab
+    moved_to(tab, 4)
+    said = tab.locator(".chart[data-name=upper_lip_window_kpa] .values").inner_text()
+    values = [number(n) for n in re.findall(rf"({NUMBER}) kPa at", said)]
+    assert values == pytest.approx([solution["upper_lip_window_kpa"].values[4]] * 2, abs=0.0501)
+    assert said.endswith("difference 0.0")
+    chart = tab.locator(".chart[data-name=upper_lip_window_kpa] .u-over")
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
+    chart.hover(position={"x": box["width"] * 0.7, "y": 20})
+    said = tab.locator(".chart[data-name=upper_lip_window_kpa] .values").inner_text()
+    found = re.search(rf"({NUMBER}) kPa at ({NUMBER}) s", said)
+    assert found is not None
+    assert number(found[2]) == pytest.approx(1.7, abs=0.001)
+    value = solution["upper_lip_window_kpa"].values[7]
+    assert number(found[1]) == pytest.approx(value, abs=0.0501)
+
+
+def test_the_keyboard_reaches_everything(visit: Visit) -> None:
+    tab = visit.tab
+    tab.locator("#explore .play").focus()
+    reached = set()
+    for _ in range(60):
+        reached.add(tab.evaluate("document.activeElement.className || document.activeElement.id"))
+        tab.keyboard.press("Tab")
+    assert {"play", "time", "speed", "field", "chosen", "zoom-in", "zoom-all", "section"} <= reached
+    moved_to(tab, 4)
+    tab.locator("#explore .time").focus()
+    tab.keyboard.press("ArrowRight")
+    assert tab.locator("#explore .time").input_value() == "5"
+    canvas = tab.locator(".pane .section").first
+    canvas.focus()
+    before = float(canvas.get_attribute("data-px-per-mm"))
+    tab.keyboard.press("+")
+    assert float(canvas.get_attribute("data-px-per-mm")) == pytest.approx(1.5 * before, rel=1e-6)
+    tab.keyboard.press("Shift+ArrowLeft")
+    centre = canvas.get_attribute("data-centre")
+    tab.keyboard.press("ArrowDown")
+    assert tab.locator(".pane .pointed").first.inner_text() != "Point at the section for values."
+    assert canvas.get_attribute("data-centre") == centre
+    tab.keyboard.press("0")
+    assert float(canvas.get_attribute("data-px-per-mm")) == pytest.approx(before, rel=1e-6)
+
+
+def test_playing_ends_at_the_end(visit: Visit) -> None:
+    tab = visit.tab
+    moved_to(tab, 8)
+    tab.locator("#explore .play").click()
+    tab.locator("#explore .play", has_text="Play").wait_for(timeout=5000)
+    assert tab.locator("#explore .time").input_value() == "10"
+
+
+def test_a_field_and_runs_are_chosen(visit: Visit) -> None:
+    tab = visit.tab
+    tab.select_option("#explore .field", "log_strain_max")
+    assert "largest log strain" in tab.locator(".legend-field").inner_text()
+    tab.select_option("#explore .field", "contact")
+    assert tab.locator(".legend-field").is_hidden()
+    tab.locator("#explore .chosen").last.select_option("-1")
+    tab.wait_for_selector("#explore[data-count='1']")
+    assert tab.locator(".pane:visible").count() == 1
+    tab.locator("#explore .chosen").last.select_option("1")
+    tab.wait_for_selector("#explore[data-count='2']")
+    assert tab.locator(".pane:visible h3").all_inner_texts()[1].startswith("</script> & other")
+    tab.select_option("#explore .field", "von_mises_mpa")
+
+
+def test_dragging_keeps_thirty_frames_a_second(visit: Visit) -> None:
+    lasted = visit.tab.evaluate(
+        """async () => {
+          const slider = document.querySelector("#explore .time");
+          const times = [];
+          for (let k = 0; k < 60; k++) {
+            await new Promise(requestAnimationFrame);
+            const begun = performance.now();
+            slider.value = k % 11;
+            slider.dispatchEvent(new Event("input"));
+            times.push(performance.now() - begun);
+          }
+          return times.sort((a, b) => a - b)[30];
+        }"""
+    )
+    assert lasted < 1000 / 30
+
+
+def test_no_grave_fault_of_accessibility(visit: Visit) -> None:
+    axe = needed_module("axe_playwright_python.sync_playwright").Axe()
+    found = axe.run(visit.tab).response["violations"]
+    grave = [one for one in found if one["impact"] in ("moderate", "serious", "critical")]
+    assert [(one["id"], [node["target"] for node in one["nodes"]]) for one in grave] == []
+
+
+def test_nothing_is_asked_for_and_nothing_complained_of(visit: Visit, pair: Path) -> None:
+    assert visit.messages == []
+    assert [url for url in visit.requests if not url.startswith("data:")] == [pair.as_uri()]
+
+
+def test_without_scripts_the_printed_page_is_there(running: Any, pair: Path) -> None:
+    tab = opened(running, pair, java_script_enabled=False).tab
+    assert tab.locator("#explore").is_hidden()
+    pictures = tab.locator("details[data-folded] img")
+    assert pictures.count() > 20
+    assert all(picture.is_visible() for picture in pictures.all())
+
+
+@pytest.mark.parametrize("width_px", [390, 800, 1920])
+def test_the_moving_part_fits_the_window(running: Any, pair: Path, width_px: int) -> None:
+    tab = opened(running, pair, width_px=width_px).ready()
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width_px
+    canvas = tab.locator(".pane .section").first.bounding_box()
+    assert canvas["width"] > 280
+
+
+def test_seven_runs_are_six_screens_and_a_small_file(
+    running: Any, run_directory: Path, tmp_path: Path
+) -> None:
+    runs = [run_directory]
+    for count in range(6):
+        runs.append(tmp_path / f"run {count}")
+        shutil.copytree(run_directory, runs[-1])
+    page = tmp_path / "seven.html"
+    write_report(runs, page)
+    assert page.stat().st_size < 40e6
+    visit = opened(running, page)
+    tab = visit.ready()
+    assert tab.evaluate("document.documentElement.scrollHeight") <= 6 * 900
+    assert visit.messages == []
