@@ -26,9 +26,6 @@ CORRELATION_S = 0.1
 CONSTANT_SHARE = 0.5
 """c: the share of the variance that does not change in time; an estimate."""
 
-SMALL = 1e-10
-"""Share of a variance that is added so that a covariance can be factorised."""
-
 
 def sampled_motion(
     motion: Motion,
@@ -76,10 +73,16 @@ def correlated_noise(
     constant_share: float,
 ) -> Array:
     """Return independent columns (n, columns) of noise with unit variance, correlated in time."""
-    lag = (time_s[:, None] - time_s[None, :]) / correlation_s
-    values, vectors = np.linalg.eigh(np.exp(-0.5 * lag**2))
-    root = vectors * np.sqrt(np.clip(values, SMALL, None))
-    changing = root @ random.standard_normal((time_s.size, columns))
-    constant = random.standard_normal(columns)
-    noise: Array = np.sqrt(constant_share) * constant + np.sqrt(1.0 - constant_share) * changing
+    values, vectors = np.linalg.eigh(
+        noise_covariance(time_s, correlation_s=correlation_s, constant_share=constant_share)
+    )
+    root = vectors * np.sqrt(np.clip(values, 0.0, None))
+    noise: Array = root @ random.standard_normal((time_s.size, columns))
     return noise
+
+
+def noise_covariance(time_s: Array, *, correlation_s: float, constant_share: float) -> Array:
+    """Return the covariance (n, n) of the noise at instants (n,)."""
+    lag = (time_s[:, None] - time_s[None, :]) / correlation_s
+    covariance: Array = constant_share + (1.0 - constant_share) * np.exp(-0.5 * lag**2)
+    return covariance

@@ -91,7 +91,7 @@ class Meeting:
             time_s=float(times[first]),
             place_mm=skin.place_mm(arc),
             skin_mm=(float(at[0]), float(at[1])),
-            nose_rad=_direction(placed.head),
+            nose_rad=direction_of_nose(placed.head),
         )
 
     def met_by(self, measurements: HeadMeasurements) -> Scenario:
@@ -113,7 +113,7 @@ class Meeting:
         }
         return self.scenario.with_(head=head, placement=shift)
 
-    def motion_for(self, head: HeadSection, motion: Motion | None = None) -> Motion:
+    def motion_for(self, nose_rad: float, motion: Motion | None = None) -> Motion:
         """Return a motion of the filmed sip as a head has it that looks the same way.
 
         A recording knows a head by the direction from ear to nose, which differs among faces that
@@ -121,18 +121,19 @@ class Meeting:
 
         Parameters
         ----------
-        head
-            The head.
+        nose_rad
+            Direction of that head's nose from its ear; see :func:`direction_of_nose`.
         motion
             By default the measured one.
         """
         seen = self.motion if motion is None else motion
         body = seen.head_body
         assert body.axis_rad is not None  # placing the filmed head needed it
-        axis = body.axis_rad + _direction(head) - self.nose_rad
+        axis = body.axis_rad + nose_rad - self.nose_rad
         return seen.with_(head_body=replace(body, axis_rad=axis))
 
 
-def _direction(head: HeadSection) -> float:
+def direction_of_nose(head: HeadSection) -> float:
+    """Return the direction of the nose's marker from the ear in a head section, rad."""
     x, y = head.landmarks["nose"] - head.landmarks["ear"]
     return float(np.arctan2(y, x))

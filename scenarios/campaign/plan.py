@@ -18,7 +18,7 @@ from mocap.motion.motion import Motion
 from mocap.motion.sampling import sampled_motion
 from scenarios.campaign.cases import Case, case_of, identity_of
 from scenarios.campaign.design import Point, design_points
-from scenarios.campaign.meeting import Meeting
+from scenarios.campaign.meeting import Meeting, direction_of_nose
 from scenarios.campaign.necks import NamedNeck, named_necks
 from scenarios.campaign.settings import StudySettings
 from scenarios.campaign.variation import StudyError
@@ -214,8 +214,9 @@ def _cases(
         for number, person in enumerate(people or (None,)):
             progress(number / max(len(people), 1), "building people and necks")
             drinks = film.base if person is None else _met(study, film, person)
+            nose = direction_of_nose(drinks.head.section())
             for draw in draws:
-                moved = _with_motion(study, film, drinks, person, draw, out)
+                moved = _with_motion(study, film, drinks, nose, person, draw, out)
                 for neck in necks:
                     for point in points:
                         scenario = _varied(moved, neck, point)
@@ -263,6 +264,7 @@ def _with_motion(
     study: StudySettings,
     film: FilmedSip,
     drinks: Scenario,
+    nose_rad: float,
     person: Person | None,
     draw: int | None,
     out: Path,
@@ -284,7 +286,7 @@ def _with_motion(
             },
             first_contact=None,
         )
-    seen = film.meeting.motion_for(drinks.head.section(), motion)
+    seen = film.meeting.motion_for(nose_rad, motion)
     text = seen.text()
     name = hashlib.sha256(text.encode()).hexdigest()[:NAME_LENGTH]
     file = out / MOTIONS / f"{name}.csv"

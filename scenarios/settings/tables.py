@@ -29,6 +29,7 @@ import types
 import typing
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal, TypeVar
 
 from geometry2d.foundation.errors import DrinksimError
@@ -177,7 +178,14 @@ def parts_of(
     kind: type[object], *, where: str = "", omit: tuple[str, ...] = ()
 ) -> Iterator[Key | SubTable]:
     """Yield the keys and tables of a table, in order; inline tables as tables."""
+    return iter(_parts(typing.cast(type[Any], kind), where, omit))
+
+
+@cache
+def _parts(kind: type[Any], where: str, omit: tuple[str, ...]) -> tuple[Key | SubTable, ...]:
+    """Return the parts of a table; a study makes thousands of scenarios of the same few kinds."""
     hints = typing.get_type_hints(kind)
+    parts: list[Key | SubTable] = []
     for field in dataclasses.fields(typing.cast(Any, kind)):
         if field.name in omit:
             continue
@@ -185,9 +193,10 @@ def parts_of(
         kinds = [each for each in _alternatives(hint) if dataclasses.is_dataclass(each)]
         if kinds:
             optional = type(None) in _alternatives(hint)
-            yield SubTable(field, typing.cast(type[Any], kinds[0]), optional)
+            parts.append(SubTable(field, typing.cast(type[Any], kinds[0]), optional))
         else:
-            yield Key(joined(where, field.name), field, hint)
+            parts.append(Key(joined(where, field.name), field, hint))
+    return tuple(parts)
 
 
 def keys_of(kind: type[object], *, where: str = "", omit: tuple[str, ...] = ()) -> Iterator[Key]:

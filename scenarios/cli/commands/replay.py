@@ -29,14 +29,30 @@ def arguments(parser: Parser) -> None:
     left.add_argument(
         "--overwrite", action="store_true", help="discard what an earlier run left in --out"
     )
+    parser.add_argument(
+        "--doubt",
+        metavar="N",
+        type=int,
+        help="replay N motions sampled from the recording's standard errors too; a report shows "
+        "them as bands",
+    )
+    parser.add_argument(
+        "--workers",
+        metavar="N",
+        type=int,
+        help="processes of one thread each for --doubt (default: all in this process)",
+    )
     add_set(parser)
 
 
 def run(options: Namespace) -> int:
     """Do it and return the exit code."""
+    from scenarios.campaign.doubt import doubt_message, doubt_study
     from scenarios.results.messages import peaks_message
     from scenarios.sip.run import NothingComputedError, solve
 
+    if options.doubt is None and options.workers is not None:
+        return complain("--workers has no effect without --doubt: leave it out")
     scenario = chosen_scenario(options)
     try:
         solution = solve(
@@ -49,4 +65,7 @@ def run(options: Namespace) -> int:
     except NothingComputedError as error:
         return complain(str(error), NOT_FINISHED)
     print(f"{options.out}: {solution.message}\n{peaks_message(solution.summary)}")
+    if options.doubt is not None:
+        doubt_study(options.out, options.doubt, workers=options.workers, progress=True)
+        print(doubt_message(options.out))
     return 0 if solution.finished else complain(solution.message, NOT_FINISHED)

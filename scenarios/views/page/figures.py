@@ -51,16 +51,22 @@ CONTOUR_MARGIN_MM = 0.7
 CONTOUR_HEIGHT_MM = 3.2
 """How far the highest pressure stands off the contour."""
 
+BAND_ALPHA = 0.22
+
 DASHES: tuple[tuple[float, ...], ...] = ((), (5.0, 2.0), (1.5, 1.5), (7.0, 2.0, 1.5, 2.0))
 """On and off lengths of the lines of runs, in widths of the line; no lengths: a whole line."""
 
 
 @dataclass(frozen=True)
 class RunCurve:
-    """One run in a figure that compares runs: ``values`` (k,) against ``relative_time`` (k,)."""
+    """One run in a figure that compares runs: ``values`` (k,) against ``relative_time`` (k,).
+
+    ``band`` holds what the recording leaves open, from (k,) to (k,), if that is known.
+    """
 
     relative_time: Array
     values: Array
+    band: tuple[Array, Array] | None = None
 
 
 @dataclass(frozen=True)
@@ -93,6 +99,8 @@ def curves(runs: Sequence[RunCurve], *, label: str, shows: str) -> Embedded:
     axes = figure.subplots()
     for index, run in enumerate(runs):
         colour, dashes = line_style(index)
+        if run.band is not None:
+            axes.fill_between(run.relative_time, *run.band, color=colour, alpha=BAND_ALPHA, lw=0)
         axes.plot(
             run.relative_time,
             run.values,

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.results.doubt import SHARE
 from scenarios.views.page.embedded import image
 from scenarios.views.page.figures import RunCurve, curves, line_style
 from scenarios.views.page.hypertext import Markup, folded, tag
@@ -32,11 +33,23 @@ FORCES = (("x", "Force on the hand, forward"), ("y", "Force on the hand, up"))
 def histories(runs: Sequence[Reported]) -> Markup:
     """Return the outputs of all runs, a figure each."""
     pictures = [
-        _history(runs, title, unit, [run.solution[name].values for run in runs])
+        _history(
+            runs,
+            title,
+            unit,
+            [run.solution[name].values for run in runs],
+            [run.band(name) for run in runs],
+        )
         for name, title, unit in FIGURES
     ]
     pictures += [
-        _history(runs, title, "mN per mm of width", [1e3 * run.force(axis) for run in runs])
+        _history(
+            runs,
+            title,
+            "mN per mm of width",
+            [1e3 * run.force(axis) for run in runs],
+            [run.band_of_force(axis, 1e3) for run in runs],
+        )
         for axis, title in FORCES
     ]
     about = (
@@ -50,6 +63,7 @@ def histories(runs: Sequence[Reported]) -> Markup:
         folded(
             "The histories as pictures",
             tag("p", about),
+            *([tag("p", said)] if (said := _doubt(runs)) else []),
             _key(runs) if len(runs) > 1 else Markup(),
             tag("div", *pictures, class_="curves"),
         ),
@@ -57,13 +71,34 @@ def histories(runs: Sequence[Reported]) -> Markup:
     )
 
 
-def _history(runs: Sequence[Reported], title: str, unit: str, values: Sequence[Array]) -> Markup:
+def _doubt(runs: Sequence[Reported]) -> str:
+    """Return what the bands of the figures are; empty if there are none."""
+    known = [run for run in runs if run.doubt is not None]
+    if not known:
+        return ""
+    counts = ", ".join(f"{run.doubt.count} for {run.label}" for run in known if run.doubt)
+    return (
+        f"Bands hold {100 * SHARE:.0f} % of what comes out of motions sampled from the recording's "
+        f"standard errors: {counts}."
+    )
+
+
+def _history(
+    runs: Sequence[Reported],
+    title: str,
+    unit: str,
+    values: Sequence[Array],
+    bands: Sequence[tuple[Array, Array] | None],
+) -> Markup:
     peaks = [
         f"{run.label} {'peaks at' if line.any() else 'stays at'} {line[np.abs(line).argmax()]:.3g}"
         for run, line in zip(runs, values, strict=True)
     ]
     picture = curves(
-        [RunCurve(run.relative_time, line) for run, line in zip(runs, values, strict=True)],
+        [
+            RunCurve(run.relative_time, line, band)
+            for run, line, band in zip(runs, values, bands, strict=True)
+        ],
         label=unit,
         shows=f"{title}, {unit}, against relative time: {'; '.join(peaks)}.",
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.neck import NeckSection
+from scenarios.results.doubt import Doubt
 from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution, loaded
 from scenarios.results.verdict import Verdict
@@ -55,6 +57,23 @@ class Reported:
         """Return the force of both lips on the neck along ``axis``, x or y: (k,) N per mm width."""
         both = sum(self.solution[f"{lip}_lip_force_{axis}_n"].values for lip in LIPS)
         return np.asarray(both) / self.scenario.numerics.thickness_mm
+
+    @cached_property
+    def doubt(self) -> Doubt | None:
+        """What its recording leaves open, if that was computed."""
+        return Doubt.of(self.solution.folder)
+
+    def band(self, name: str) -> tuple[Array, Array] | None:
+        """Return between which values an output lies, (k,) each; None if that is not known."""
+        return None if self.doubt is None else self.doubt.band(name, self.relative_time)
+
+    def band_of_force(self, axis: str, factor: float) -> tuple[Array, Array] | None:
+        """Return the band of :meth:`force`, times a factor; None if it is not known."""
+        if self.doubt is None:
+            return None
+        scale = factor / self.scenario.numerics.thickness_mm
+        low, high = self.doubt.band_of_force(axis, self.relative_time)
+        return scale * low, scale * high
 
     @property
     def touched_s(self) -> float:
