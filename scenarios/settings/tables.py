@@ -178,11 +178,11 @@ def parts_of(
     kind: type[object], *, where: str = "", omit: tuple[str, ...] = ()
 ) -> Iterator[Key | SubTable]:
     """Yield the keys and tables of a table, in order; inline tables as tables."""
-    return iter(_parts(typing.cast(type[Any], kind), where, omit))
+    return iter(_parts(typing.cast(Any, kind), where, omit))
 
 
 @cache
-def _parts(kind: type[Any], where: str, omit: tuple[str, ...]) -> tuple[Key | SubTable, ...]:
+def _parts(kind: Any, where: str, omit: tuple[str, ...]) -> tuple[Key | SubTable, ...]:
     """Return the parts of a table; a study makes thousands of scenarios of the same few kinds."""
     hints = typing.get_type_hints(kind)
     parts: list[Key | SubTable] = []
