@@ -35,13 +35,16 @@ def chosen_progress(option: ProgressOption, title: str) -> Iterator[Progress]:
         yield lambda share, text: None
 
 
-def part_of(progress: Progress, start: float, end: float) -> Progress:
+def part_of(progress: Progress, start: float, end: float, *, title: str = "") -> Progress:
     """Return the progress of a part of the work between two shares of the whole.
+
+    ``title`` stands before what is being done.
 
     >>> part_of(lambda share, text: print(f"{share:.0%} {text}"), 0.5, 1.0)(0.5, "half of half")
     75% half of half
     """
-    return lambda share, text: progress(start + (end - start) * share, text)
+    before = f"{title}, " if title else ""
+    return lambda share, text: progress(start + (end - start) * share, before + text)
 
 
 @contextmanager

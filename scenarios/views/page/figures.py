@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -19,6 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 from PIL import Image as Pillow
 
+from geometry2d.foundation.progress import Progress
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from scenarios.views.animation import telling_times
@@ -149,10 +150,10 @@ def imprint_figure(
     )
 
 
-def snapshots(run_view: RunView, say: Callable[[float, str], None]) -> Iterator[InstantPicture]:
+def snapshots(run_view: RunView, progress: Progress) -> Iterator[InstantPicture]:
     """Yield the telling instants of a run, the model and the recording's picture of each.
 
-    ``say`` is told the share that is done and what is being done.
+    ``progress`` is that of the pictures.
     """
     width, height = CELL_PX
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=PAPER)
@@ -160,7 +161,7 @@ def snapshots(run_view: RunView, say: Callable[[float, str], None]) -> Iterator[
     panel = ModelPanel(figure, (1, 1, width - 2, height - 2), run_view, label="")
     times = telling_times(run_view.solution, SNAPSHOTS)
     for number, (time, picture) in enumerate(zip(times, run_view.pictures(times), strict=True)):
-        say(number / times.size, f"instant {number + 1} of {times.size}")
+        progress(number / times.size, f"instant {number + 1} of {times.size}")
         panel.show(run_view.solution.at(float(time)), run_view.head.at(float(time)))
         canvas.draw()
         drawn = Pillow.fromarray(np.array(canvas.buffer_rgba())[..., :3])

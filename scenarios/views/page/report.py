@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from geometry2d.foundation.output import check_writable, file_at_once
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, part_of
 from scenarios.results.history_file import HISTORY_FILE
 from scenarios.results.messages import passive_message
 from scenarios.results.quantities import LIPS
@@ -68,11 +68,10 @@ def write_report(
     )
     pictures = []
     for index, run in enumerate(reported):
-
-        def say(share: float, text: str, *, done: int = index, label: str = run.label) -> None:
-            progress((done + share) / len(reported), f"{label}, {text}")
-
-        pictures.append(run_section(run, highest, say))
+        part = part_of(
+            progress, index / len(reported), (index + 1) / len(reported), title=run.label
+        )
+        pictures.append(run_section(run, highest, part))
     sections = [
         verdicts(reported),
         explorer(reported),
