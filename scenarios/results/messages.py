@@ -48,8 +48,8 @@ def ending(
     return message
 
 
-def placement_message(about: Mapping[str, Any]) -> str:
-    """Return what was moved before the replay, from the summary's ``placement``."""
+def placement_message(about: Mapping[str, Any]) -> str | None:
+    """Return what was moved before the replay, from the summary's ``placement``, if it was."""
     package = about["shift_x_mm"], about["shift_y_mm"]
     lower_face = about["lower_face_x_mm"], about["lower_face_y_mm"]
     moved = [
@@ -60,7 +60,7 @@ def placement_message(about: Mapping[str, Any]) -> str:
     if about["turn_deg"]:
         moved.append(f"the package turned by {about['turn_deg']:.1f}°")
     if not moved:
-        return "nothing was moved"
+        return None
     how = "found from the first contacts" if about["found_with_sigma"] else "as the scenario says"
     return f"moved, {how}: {', '.join(moved)}"
 
@@ -153,16 +153,6 @@ def passive_message(pulled: Sequence[bool]) -> str:
     return (
         f"The lips are passive but for a load that stands for a muscle{where}; nothing is "
         "pre-stressed."
-    )
-
-
-def peaks_message(summary: Mapping[str, Any]) -> str:
-    """Return the extreme values of a run's summary in one line."""
-    return (
-        f"highest contact pressure over 0.5 mm {summary['upper_lip_window_kpa']:.0f} kPa on the "
-        f"upper lip, {summary['lower_lip_window_kpa']:.0f} kPa on the lower lip; in the dermis log "
-        f"strain {summary['dermis_min_log_strain']:.2f} to {summary['dermis_max_log_strain']:.2f}, "
-        f"von Mises stress to {summary['dermis_max_mises_kpa']:.0f} kPa"
     )
 
 

@@ -271,6 +271,7 @@ def replay(
     }
     if reference is not None:
         about["hand"] = about_hand(scenario, reference)
+    about["notes"] = list(_notes(ready, result, about))
     return Outcome(
         result.status is MarchStatus.FINISHED,
         _messages(ready, result, about, resumed_at_s),
@@ -278,36 +279,41 @@ def replay(
     )
 
 
-def _messages(
-    ready: Prepared, result: MarchResult, about: Mapping[str, Any], resumed_at_s: float | None
-) -> tuple[str, ...]:
-    """Return how a replay went, and what to mind."""
+def _notes(ready: Prepared, result: MarchResult, about: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return what to mind about the model and its motion, in the words of an engineer."""
     finished = result.status is MarchStatus.FINISHED
     model = ready.lips.fem_model
     near = _neighbourhood(model, ready.lips.scenario.numerics.period.near_mm)
     left = not near(ready.motion.at(ready.end_s))
     caught = _touching(model, result.state) if finished and left else ()
-    all_messages = (
-        messages.ending(
-            result.status.value,
-            increments=result.increments,
-            iterations=result.iterations,
-            cutbacks=result.cutbacks,
-            resumed_at_s=resumed_at_s,
-            stopped_at_s=None if finished else result.state.time_s,
-            end_s=ready.end_s,
-        ),
+    notes = (
         messages.placement_message(about["placement"]),
         messages.carried_message(about["placement"]["carried"]),
         messages.hand_message(about["hand"]) if "hand" in about else None,
         *about.get("warnings", ()),
         messages.muscle_message(about["muscle"]) if "muscle" in about else None,
         messages.muscles_message(about["muscles"]) if "muscles" in about else None,
-        messages.unstable_message(about["unstable"]),
         messages.crushed_message(about["largest_penetration_neck_mm"]),
         messages.caught_message(caught),
     )
-    return tuple(message for message in all_messages if message)
+    return tuple(note for note in notes if note)
+
+
+def _messages(
+    ready: Prepared, result: MarchResult, about: Mapping[str, Any], resumed_at_s: float | None
+) -> tuple[str, ...]:
+    """Return how a replay went, the solver's part first, and what to mind."""
+    ending = messages.ending(
+        result.status.value,
+        increments=result.increments,
+        iterations=result.iterations,
+        cutbacks=result.cutbacks,
+        resumed_at_s=resumed_at_s,
+        stopped_at_s=None if result.status is MarchStatus.FINISHED else result.state.time_s,
+        end_s=ready.end_s,
+    )
+    unstable = messages.unstable_message(about["unstable"])
+    return (ending, *((unstable,) if unstable else ()), *about["notes"])
 
 
 def _contact_period(model: Model, motion: RigidMotion, period: Period) -> tuple[float, float]:

@@ -21,15 +21,17 @@ def arguments(parser: Parser) -> None:
 
 def run(options: Namespace) -> int:
     """Do it and return the exit code."""
-    from scenarios.results.messages import peaks_message
+    from scenarios.results.closing import closing_message
     from scenarios.sip.run import convert_recording, solve
     from scenarios.views.animation import animate
+    from scenarios.views.page.report import write_report
     from scenarios.views.plots import plot_histories, plot_imprint
 
     out: Path = options.out
     scenario = load_scenario("A38-F")
     assert scenario.recording is not None  # the library's scenarios are recorded
     film, sheet = out / "A38-F.mp4", out / "A38-F.png"
+    page = out / "A38-F.html"
     histories, imprint = out / "A38-F-history.png", out / "A38-F-imprint.png"
     with _stage("1/4 convert: video to motion") as progress:
         conversion = convert_recording(scenario.recording, out / "conversion", progress=progress)
@@ -40,10 +42,11 @@ def run(options: Namespace) -> int:
     with _stage("3/4 animate: model beside recording") as progress:
         animate(out / "replay", film, beside_video=True, progress=progress)
         animate(out / "replay", sheet, beside_video=True, progress=progress)
-    with _stage("4/4 plot: histories and imprint"):
+    with _stage("4/4 report: a page that moves") as progress:
+        write_report([out / "replay"], page, progress=progress)
         plot_histories([out / "replay"], histories)
         plot_imprint(out / "replay", imprint)
-    print(f"\n{solution.message}\n{peaks_message(solution.summary)}\n\nLook at")
+    print(f"\n{closing_message(solution)}\n\nLook at")
     for path, what in (
         (film, "the sip: recording and model side by side"),
         (sheet, "the same as six frames"),
@@ -53,7 +56,9 @@ def run(options: Namespace) -> int:
         (out / "replay" / "history.csv", "the numbers"),
     ):
         print(f"  {path!s:<32}  {what}")
-    return 0 if solution.finished else complain(solution.message, NOT_FINISHED)
+    print(f"\nOpen in a browser and drag the slider: {page.resolve()}")
+    stopped = f"{out / 'replay'} stopped at {solution.time_s[-1]:.2f} s: run.log there says why"
+    return 0 if solution.finished else complain(stopped, NOT_FINISHED)
 
 
 @contextmanager

@@ -42,13 +42,16 @@ def arguments(parser: Parser) -> None:
         type=int,
         help="processes of one thread each for --doubt (default: all in this process)",
     )
+    parser.add_argument(
+        "--verbose", action="store_true", help="print also how the solver went, as run.log has it"
+    )
     add_set(parser)
 
 
 def run(options: Namespace) -> int:
     """Do it and return the exit code."""
     from scenarios.campaign.doubt import doubt_message, doubt_study
-    from scenarios.results.messages import peaks_message
+    from scenarios.results.closing import closing_message
     from scenarios.sip.run import NothingComputedError, solve
 
     if options.doubt is None and options.workers is not None:
@@ -64,8 +67,11 @@ def run(options: Namespace) -> int:
         )
     except NothingComputedError as error:
         return complain(str(error), NOT_FINISHED)
-    print(f"{options.out}: {solution.message}\n{peaks_message(solution.summary)}")
+    print(f"{options.out}: {closing_message(solution)}")
+    if options.verbose:
+        print(f"solver: {solution.message}")
     if options.doubt is not None:
         doubt_study(options.out, options.doubt, workers=options.workers, progress=True)
         print(doubt_message(options.out))
-    return 0 if solution.finished else complain(solution.message, NOT_FINISHED)
+    stopped = f"{options.out} stopped at {solution.time_s[-1]:.2f} s: run.log there says why"
+    return 0 if solution.finished else complain(stopped, NOT_FINISHED)

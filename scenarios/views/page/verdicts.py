@@ -24,7 +24,11 @@ def verdicts(runs: Sequence[Reported]) -> Markup:
         parts = [tag("h3", run.label), *([folded("In words", *words)] if many else words)]
         if not run.solution.summary["finished"]:
             how = f"The run is not complete: {run.solution.summary['sentence']}"
-            parts.insert(1, tag("p", how, class_="warning"))
+            until = (
+                f"Numbers are those until {run.solution.time_s[-1]:.2f} s; what presses most may "
+                "come later."
+            )
+            parts[1:1] = [tag("p", text, class_="warning") for text in (how, until)]
         parts += [
             _gauge("contact pressure", run.verdict.pressure_kpa, PAIN, 600.0, "pain begins"),
             _gauge("largest log strain", run.verdict.log_strain, FAILURE, 0.6, "skin tears"),

@@ -26,6 +26,7 @@ from mocap.video.frames import Video
 from scenarios.cli.main import main
 from scenarios.cli.parser import COMMANDS, drinksim_parser, module_of
 from scenarios.recordings.script import LIBRARY
+from scenarios.results.closing import closing_message
 from scenarios.results.solution import Solution
 from scenarios.sip import run
 from tests.support.made_up_sip import (
@@ -360,8 +361,8 @@ def test_a_replay_becomes_a_run_directory(
     out = tmp_path / "run"
     assert main(["replay", "A38-F", "--motion", str(motion), "--out", str(out)]) == 0
     said = capsys.readouterr().out.splitlines()
-    assert said[0] == f"{out}: 11 of 11"
-    assert "60 kPa on the upper lip, 20 kPa on the lower lip" in said[1]
+    assert said == [f"{out}: {closing_message(Solution.load(out))}"]
+    assert "11 of 11" in (out / "run.log").read_text()
     solution = Solution.load(out)
     assert solution.summary["scenario"] == "A38-F"
     assert solution.summary["elements"] == 7
@@ -380,11 +381,28 @@ def test_a_replay_that_stops_keeps_what_it_has(
     monkeypatch.setattr(run, "replay", MadeUpReplay(until=6))
     out = tmp_path / "run"
     assert main(["replay", "A38-F", "--motion", str(motion), "--out", str(out)]) == 3
-    assert capsys.readouterr().err == "drinksim: 6 of 11\n"
+    printed = capsys.readouterr()
+    assert printed.err == f"drinksim: {out} stopped at 1.50 s: run.log there says why\n"
+    assert "kPa" not in printed.out
     solution = Solution.load(out)
     assert solution.time_s.size == 6
     assert solution.summary["finished"] is False
     assert main(["animate", str(out), "--out", str(tmp_path / "sip.png")]) == 0
+    assert main(["report", str(out), "--out", str(tmp_path / "sip.html")]) == 0
+    told = (tmp_path / "sip.html").read_text()
+    assert "Numbers are those until 1.50 s; what presses most may come later." in told
+
+
+def test_verbose_says_how_the_solver_went(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    motion: Path,
+) -> None:
+    monkeypatch.setattr(run, "replay", MadeUpReplay())
+    replay = ["replay", "A38-F", "--motion", str(motion), "--out", str(tmp_path / "run")]
+    assert main([*replay, "--verbose"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "solver: 11 of 11"
 
 
 def test_a_replay_that_computes_nothing_leaves_nothing(
