@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from geometry2d.drawings.chains import JOIN_MM, DrawingError
+from geometry2d.drawings.chains import DrawingError
+from geometry2d.drawings.joined import JOIN_MM
 from geometry2d.outline import Outline
 
 Array = NDArray[np.float64]

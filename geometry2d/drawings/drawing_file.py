@@ -10,8 +10,9 @@ from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from geometry2d.drawings.chains import Chain, DrawingError, NamedOutline, closed_outlines
+from geometry2d.drawings.chains import Chain, DrawingError
 from geometry2d.drawings.dxf import read_dxf
+from geometry2d.drawings.joined import NamedOutline, closed_outlines
 from geometry2d.drawings.svg import read_svg
 
 READERS = {".svg": read_svg, ".dxf": read_dxf}

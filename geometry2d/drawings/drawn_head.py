@@ -28,17 +28,10 @@ from geometry2d.anatomy.head import HeadSection
 from geometry2d.anatomy.lip_section import lip_section
 from geometry2d.anatomy.lips import POLYLINE_SPACING_MM
 from geometry2d.curves import arc_lengths, at_arc_lengths, left_normals, nearest_arc_length
-from geometry2d.drawings.chains import (
-    JOIN_MM,
-    Chain,
-    DrawingError,
-    NamedOutline,
-    centre_of,
-    closed_outlines,
-    open_curve,
-)
+from geometry2d.drawings.chains import Chain, DrawingError
 from geometry2d.drawings.cut_lips import LIP_CURVES
 from geometry2d.drawings.drawing_file import drawn_chains, naming
+from geometry2d.drawings.joined import JOIN_MM, NamedOutline, centre_of, closed_outlines, open_curve
 from geometry2d.outline import Outline
 from geometry2d.regions import RegionError, Section
 

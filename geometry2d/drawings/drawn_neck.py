@@ -15,8 +15,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from geometry2d.drawings.chains import DrawingError, NamedOutline, centre_of
+from geometry2d.drawings.chains import DrawingError
 from geometry2d.drawings.drawing_file import drawn_outlines
+from geometry2d.drawings.joined import NamedOutline, centre_of
 from geometry2d.neck import NeckMeasurements, NeckSection, with_carton
 from geometry2d.outline import Outline
 from geometry2d.rigid import rotated

@@ -15,7 +15,8 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 
-from geometry2d.drawings.chains import LARGEST_MM, DrawingError, outline_through
+from geometry2d.drawings.chains import LARGEST_MM, DrawingError
+from geometry2d.drawings.joined import outline_through
 from geometry2d.foundation.text import bytes_of, number, quoted
 from geometry2d.outline import Outline
 

@@ -13,9 +13,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from geometry2d.anatomy.head import HeadMeasurements, head_section
-from geometry2d.drawings.chains import Chain, DrawingError, open_curve, outline_through
+from geometry2d.drawings.chains import Chain, DrawingError
 from geometry2d.drawings.cut_lips import lip_curves
 from geometry2d.drawings.drawn_head import OPEN, TEETH, HeadDrawing, drawn_head
+from geometry2d.drawings.joined import open_curve, outline_through
 from geometry2d.drawings.stl import CutPlane, cut, read_stl
 from geometry2d.mesh import LEVELS, section_mesh
 from geometry2d.mesh_quality import mesh_quality

@@ -10,9 +10,10 @@ import ezdxf
 import numpy as np
 import pytest
 
-from geometry2d.drawings.chains import Chain, DrawingError, closed_outlines
+from geometry2d.drawings.chains import Chain, DrawingError
 from geometry2d.drawings.drawing_file import drawn_outlines
 from geometry2d.drawings.drawn_neck import drawn_neck
+from geometry2d.drawings.joined import closed_outlines
 from geometry2d.drawings.stl import read_stl
 from tests.support.hostile_drawings import DXF, SHEET, SVG, dxf, svg
 from tests.support.marks import slow
