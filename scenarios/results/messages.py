@@ -111,6 +111,21 @@ def muscles_message(about: Mapping[str, Mapping[str, float]]) -> str:
     return f"muscles at most as active as: {', '.join(active)}"
 
 
+def activations_message(about: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return which activations were found and by what, from the summary's ``activations``."""
+    found = [_activation_found(name.replace("_", " "), each) for name, each in about.items()]
+    return f"activations found: {'; '.join(found)}"
+
+
+def _activation_found(muscle: str, about: Mapping[str, Any]) -> str:
+    if about["least"] == 0:
+        return f"{muscle} none, as the passive lip does what was seen ({about['fixed_by']})"
+    return (
+        f"{muscle} {about['least']:.3f}, the least that {about['fixed_by']} (up to "
+        f"{about['twice']:.3f} would not contradict it)"
+    )
+
+
 def unstable_message(passages: Sequence[Mapping[str, Any]]) -> str | None:
     """Return when and where the equilibrium was unstable, from the summary's ``unstable``."""
     if not passages:

@@ -11,15 +11,23 @@ from dataclasses import dataclass
 from mocap.motion.motion import Motion
 from scenarios.settings.hand import HandSettings
 from scenarios.settings.motion import FirstContact, MotionFile, Placement
+from scenarios.settings.muscles import NAMES, Muscles
 from scenarios.settings.numerics import Numerics
 from scenarios.settings.person import Head, Muscle
-from scenarios.settings.searches import PullSearch
+from scenarios.settings.searches import ActivationSearch, PullSearch
 from scenarios.settings.tables import keys_of
 
 FITTING = ("difference", "uncertainty_difference", "weakest", "same", "fineness")
 MEASURING = ("skin_spacing_mm", "reach_mm", "look_back_s", "instants", "thinning")
 """Keys of [numerics.shift_search] that the search for a shift needs, and those that measuring
 first contacts needs."""
+
+SEEN_KEYS = {
+    "clears": ("clearance_mm",),
+    "reaches": ("lower_reach_mm", "reach_time_s"),
+    "seals": ("seal_time_s", "seal_kpa"),
+}
+"""Keys of [muscles.seen], by what they say of a lip."""
 
 SHIFTS = ("shift_x_mm", "shift_y_mm", "lower_face_x_mm", "lower_face_y_mm")
 
@@ -50,6 +58,7 @@ def ineffective_keys(
     first_contact: FirstContact,
     hand: HandSettings,
     muscle: Muscle | None,
+    muscles: Muscles | None,
     head: Head,
     numerics: Numerics,
 ) -> Iterator[Ineffective]:
@@ -58,6 +67,7 @@ def ineffective_keys(
     yield from _of_placement(placement, first_contact)
     yield from _of_hand(hand)
     yield from _of_muscle(muscle)
+    yield from _of_muscles(muscles)
     yield from _of_head(head)
     yield from _of_numerics(numerics)
 
@@ -74,7 +84,13 @@ def _of_motion(motion: MotionFile | Motion | None) -> Iterator[Ineffective]:
 def _of_hand(hand: HandSettings) -> Iterator[Ineffective]:
     springs = ("hand.stiffness_n_per_m", "hand.turning_stiffness_nm_per_rad")
     if hand.mode == "recorded":
-        keys = (*springs, "hand.reference", "hand.width_mm", "hand.damping_n_s_per_m")
+        keys = (
+            *springs,
+            "hand.reference",
+            "hand.reference_scenario",
+            "hand.width_mm",
+            "hand.damping_n_s_per_m",
+        )
         yield Ineffective(keys, ("hand.mode",), "as the neck follows the film: set hand.mode")
     if hand.mode == "force":
         yield Ineffective(
@@ -127,6 +143,22 @@ def _of_muscle(muscle: Muscle | None) -> Iterator[Ineffective]:
             ("muscle.traction_kpa", "muscle.direction_deg"),
             "as traction_kpa and direction_deg are numbers",
         )
+
+
+def _of_muscles(muscles: Muscles | None) -> Iterator[Ineffective]:
+    automatic = () if muscles is None else muscles.automatic
+    names = tuple(f"muscles.{name}" for name in NAMES)
+    if not automatic:
+        search = keys_of(ActivationSearch, where="numerics.activation_search")
+        keys = tuple(key.path for key in search)
+        yield Ineffective(keys, ("muscles", *names), 'as nothing in [muscles] is "auto"')
+    if muscles is None:
+        return
+    decisive = {muscles.observation(name) for name in automatic}
+    for observation, keys in SEEN_KEYS.items():
+        if observation not in decisive:
+            paths = tuple(f"muscles.seen.{key}" for key in keys)
+            yield Ineffective(paths, names, 'as no muscle that it would decide over is "auto"')
 
 
 def _of_head(head: Head) -> Iterator[Ineffective]:

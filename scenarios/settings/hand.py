@@ -31,6 +31,12 @@ class HandSettings:
         example="runs/A38-F",
         description="run directory whose forces are followed; without it such a run is made first",
     )
+    reference_scenario: str | None = setting(
+        default=None,
+        example="A38-F",
+        description="scenario of the library whose run is made and followed, with this motion and "
+        "numerics; without it, the filmed package as it was filmed",
+    )
     width_mm: float = setting(
         default=25.0,
         unit="mm",
@@ -100,6 +106,11 @@ class HandSettings:
             raise SettingError(
                 f'hand.{sources[0]} has no effect while hand.mode = "{self.mode}": set mode = '
                 '"force"'
+            )
+        if self.reference is not None and self.reference_scenario is not None:
+            raise SettingError(
+                "hand.reference and hand.reference_scenario contradict one another: give a run, or "
+                "the scenario whose run is made"
             )
         if self.mode == "force" and len(sources) > 1:
             raise SettingError(

@@ -16,7 +16,7 @@ from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.step_control import StepSettings
 from geometry2d.foundation.settings import setting
 from geometry2d.mesh import LEVELS, MeshSize
-from scenarios.settings.searches import Period, PullSearch, ShiftSearch
+from scenarios.settings.searches import ActivationSearch, Period, PullSearch, ShiftSearch
 from scenarios.settings.tables import SettingError
 
 
@@ -102,6 +102,9 @@ class Numerics:
     period: Period = setting(default=Period(), description="which part of the motion is replayed")
     pull_search: PullSearch = setting(
         default=PullSearch(), description='how an "auto" of [muscle] is found'
+    )
+    activation_search: ActivationSearch = setting(
+        default=ActivationSearch(), description='how an "auto" of [muscles] is found'
     )
     shift_search: ShiftSearch = setting(
         default=ShiftSearch(),

@@ -42,6 +42,7 @@ from scenarios.settings.layers import (
 from scenarios.settings.liquid import Liquid
 from scenarios.settings.motion import FirstContact, MotionFile, Placement, Recording
 from scenarios.settings.muscles import Muscles
+from scenarios.settings.names import nearest
 from scenarios.settings.numerics import Numerics
 from scenarios.settings.package import Friction, Package
 from scenarios.settings.person import Head, Muscle, Skin
@@ -134,6 +135,17 @@ class Scenario:
                 "first_contact.lower_time_s and upper_time_s, and the places where you saw them"
             )
 
+        sealing = () if self.muscles is None else self.muscles.sealing
+        if sealing and self.liquid is None:
+            raise SettingError(
+                f'muscles.{sealing[0]} = "auto" is the least that holds the liquid back: give '
+                "[liquid] volume_ml too"
+            )
+        named = self.hand.reference_scenario
+        if named is not None and named not in library_names():
+            raise ScenarioError(
+                f"hand.reference_scenario = {quoted(named)}: {nearest(named, library_names())}"
+            )
         if self.hand.share_of_weight is not None and self.weight_n is None:
             missing = "[liquid] volume_ml" if self.liquid is None else "package.mass_g"
             raise SettingError(
@@ -352,6 +364,7 @@ def _without_effect(scenario: Scenario, given: Mapping[str, Given]) -> set[str]:
         first_contact=scenario.first_contact,
         hand=scenario.hand,
         muscle=scenario.muscle,
+        muscles=scenario.muscles,
         head=scenario.head,
         numerics=scenario.numerics,
     ):

@@ -96,6 +96,43 @@ class PullSearch:
 
 
 @dataclass(frozen=True)
+class ActivationSearch:
+    """How the least activation that explains what was seen of a lip is searched."""
+
+    most: float = setting(
+        default=1.0,
+        above=0.0,
+        maximum=1.0,
+        description="largest activation that is tried",
+        source="all that a muscle can",
+    )
+    rising_steps: int = setting(
+        default=10,
+        minimum=1,
+        maximum=1000,
+        description="steps of the rising activation, each longer than the one before",
+    )
+    tolerance: float = setting(
+        default=0.002,
+        above=0.0,
+        maximum=0.1,
+        description="between an activation that is not enough and the one that is taken",
+    )
+    instants: int = setting(
+        default=100,
+        minimum=2,
+        maximum=10_000,
+        description="instants of each interval in which a lip is held clear of the neck",
+    )
+    reach_mm: float = setting(
+        default=10.0,
+        unit="mm",
+        above=0.0,
+        description="skin that stays farther from the neck while the lip is at rest is not watched",
+    )
+
+
+@dataclass(frozen=True)
 class ShiftSearch:
     """How the gap to the skin is measured at first contacts, and the smallest shift searched."""
 

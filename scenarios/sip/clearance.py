@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fem2d.body.surface import Surface
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
@@ -73,6 +74,43 @@ class MovingNeck:
         """Return points (p, 2) in the neck's frame at each placement (t, p, 2)."""
         local = np.array([place.pull_back(points) for place in self.placements])
         return local.reshape(-1, len(points), 2)
+
+
+@dataclass(frozen=True)
+class PathClearance:
+    """How near a neck comes to a lip on its path, at any displacement of the lip.
+
+    Attributes
+    ----------
+    neck
+        Where it can come near the undeformed lip.
+    skin
+        Free surface of the lip.
+    reachable
+        (p,) which points of the skin it can come near to.
+    """
+
+    neck: MovingNeck
+    skin: Surface
+    reachable: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, skin: Surface, neck: MovingNeck, reach_mm: float) -> PathClearance:
+        """Return the clearance from a neck of the skin that it comes so near to at rest, mm."""
+        undeformed = skin.positions(np.zeros_like(skin.nodes)).reshape(-1, 2)
+        near = neck.near(undeformed, reach_mm)
+        at = np.flatnonzero(near.any(axis=1))
+        return cls(neck.only(at), skin, np.asarray(near.any(axis=0)))
+
+    def __call__(self, displacement: Array) -> float:
+        """Return the distance of the neck's path from the lip at a displacement (n, 2), mm."""
+        points = self.skin.positions(displacement).reshape(-1, 2)[self.reachable]
+        return self.neck.clearance(points)
+
+
+def held_times(held_s: Iterable[tuple[float, float]], instants: int) -> Array:
+    """Return instants of each interval in which a lip is held, s."""
+    return np.concatenate([np.linspace(start, end, instants) for start, end in held_s])
 
 
 def _distance_from_boxes(local: Array, outlines: tuple[Outline, ...]) -> Array:

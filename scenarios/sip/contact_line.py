@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from fem2d.body.surface import Surface
+from fem2d.contact.rigid import RigidContactResponse
 
 Array = NDArray[np.float64]
 
@@ -127,3 +131,27 @@ def _beyond(place: Array, gap: Array) -> float:
     share = (TOUCHING_MM ** (2 / 3) - opening[0]) / (opening[1] - opening[0])
     reached = place[inside] + share * (place[outside] - place[inside])
     return max(0.0, float(reached - place[0]))
+
+
+def line_on_neck(
+    skin: Surface, on_neck: Sequence[RigidContactResponse], displacement: Array
+) -> ContactLine:
+    """Return the contact of a lip with the walls of a neck along its skin.
+
+    Parameters
+    ----------
+    skin
+        The free surface of the lip, with its nodes as points.
+    on_neck
+        Its contacts with the walls.
+    displacement
+        (n, 2) displacements, mm.
+    """
+    load = np.sum([r.contact.surface.carried(r.points.pressure) for r in on_neck], axis=0)
+    length = skin.weight * skin.stretch(displacement)
+    position = on_neck[0].contact.surface.positions(displacement).reshape(-1, 2)
+    steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    gap = np.min([response.points.gap for response in on_neck], axis=0)
+    place = np.concatenate([[0.0], np.cumsum(steps)]).reshape(gap.shape)
+    thickness = skin.thickness_mm
+    return ContactLine(load / thickness, length / thickness, place, gap)

@@ -21,6 +21,7 @@ from fem2d.loads.muscle import MuscleLoad
 from fem2d.loads.tie import ElasticTie
 from fem2d.materials.library import configuration
 from fem2d.materials.material import Material, stiffened
+from fem2d.solvers.inertia import QUASI_STATIC
 from fem2d.solvers.model import Model
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.anatomy.muscles import muscle_regions
@@ -225,6 +226,11 @@ class Lips:
             loads=self.loads,
         )
 
+    @property
+    def quasi_static(self) -> Model:
+        """The same without inertia."""
+        return replace(self.fem_model, inertia=QUASI_STATIC)
+
     @cached_property
     def loads(self) -> tuple[AppliedForce, ...]:
         """What acts on the lips: a pull, muscles, liquid."""
@@ -310,6 +316,16 @@ class Lips:
             skin={lip: self.free_edges(lip) for lip in self.present},
             outlines=turned | walls,
         )
+
+
+def without_neck(model: Model) -> Model:
+    """Return a model without moving outlines."""
+    contacts = [
+        contact
+        for contact in model.contacts
+        if not (isinstance(contact, RigidContact) and contact.moving)
+    ]
+    return replace(model, contacts=contacts)
 
 
 def _materials(skin: Skin, lips: tuple[str, ...]) -> dict[str, Material]:

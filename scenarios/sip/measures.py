@@ -17,7 +17,7 @@ from fem2d.solvers.stability import Passage
 from geometry2d.rigid import RigidMotion, rotated
 from scenarios.results.increment import ContactField, Measured
 from scenarios.results.quantities import LIPS
-from scenarios.sip.contact_line import ContactLine, recovered_traction
+from scenarios.sip.contact_line import ContactLine, line_on_neck, recovered_traction
 from scenarios.sip.felt import Felt, seal_margin_mpa
 from scenarios.sip.lip_model import Lips
 
@@ -159,15 +159,8 @@ class LipMeasures:
         ]
 
     def _contact_line(self, lip: str, commit: Commit) -> ContactLine:
-        walls, skin = self._on_neck(lip, commit), self._skin[lip]
-        load = np.sum([c.surface.carried(r.points.pressure) for c, r in walls], axis=0)
-        length = skin.weight * skin.stretch(commit.state.displacement)
-        position = walls[0][0].surface.positions(commit.state.displacement).reshape(-1, 2)
-        steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
-        gap = np.min([response.points.gap for _, response in walls], axis=0)
-        place = np.concatenate([[0.0], np.cumsum(steps)]).reshape(gap.shape)
-        thickness = skin.thickness_mm
-        return ContactLine(load / thickness, length / thickness, place, gap)
+        on_neck = [response for _, response in self._on_neck(lip, commit)]
+        return line_on_neck(self._skin[lip], on_neck, commit.state.displacement)
 
     def _force_on_neck(self, lip: str, commit: Commit) -> Array:
         force = np.zeros(2)

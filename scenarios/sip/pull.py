@@ -17,11 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from fem2d.body.surface import Surface
-from fem2d.contact.rigid import RigidContact
 from fem2d.loads.amplitude import Amplitude
 from fem2d.loads.load import Load
-from fem2d.solvers.inertia import QUASI_STATIC
 from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.model import Model
 from fem2d.solvers.static import StaticResult, kept_at, static_path
@@ -30,8 +27,8 @@ from geometry2d.foundation.progress import Progress
 from geometry2d.rigid import RigidMotion
 from scenarios.settings.scenario import Muscle, ScenarioError
 from scenarios.settings.searches import PullSearch
-from scenarios.sip.clearance import MovingNeck
-from scenarios.sip.lip_model import Lips, Pull
+from scenarios.sip.clearance import MovingNeck, PathClearance, held_times
+from scenarios.sip.lip_model import Lips, Pull, without_neck
 
 Array = NDArray[np.float64]
 
@@ -132,14 +129,12 @@ class _Trial:
 
     Attributes
     ----------
-    lips, model, skin
-        The lip, its model without the neck and without inertia, and its free surface.
+    lips, model
+        The lip, and its model without the neck and without inertia.
     muscle, search
         What is wanted, and how it is searched.
-    neck
-        The neck where it can come near the undeformed lip.
-    reachable
-        (p,) which points of the skin it can come near to.
+    clearance
+        Of the lip from the neck's path.
     threads
         Share the work.
     """
@@ -148,9 +143,7 @@ class _Trial:
     muscle: Muscle
     search: PullSearch
     model: Model
-    skin: Surface
-    neck: MovingNeck
-    reachable: NDArray[np.bool_]
+    clearance: PathClearance
     threads: Threads
 
     @classmethod
@@ -159,24 +152,15 @@ class _Trial:
         coarse = scenario.with_(numerics={"resolution": "coarse"})
         alone = replace(lips, scenario=coarse, present=(muscle.lip,), pull=None)
         search = scenario.numerics.pull_search
-        times = np.concatenate(
-            [
-                np.linspace(held_from, held_to, search.instants)
-                for held_from, held_to in zip(muscle.tense_to_s, muscle.relax_from_s, strict=True)
-            ]
-        )
+        held = zip(muscle.tense_to_s, muscle.relax_from_s, strict=True)
+        times = held_times(held, search.instants)
         neck = MovingNeck.of(lips.neck, [motion.at(float(time)) for time in times])
-        skin = alone.free_surface(muscle.lip)
-        undeformed = skin.positions(np.zeros_like(skin.nodes)).reshape(-1, 2)
-        near = neck.near(undeformed, search.reach_mm)
         return cls(
             lips=alone,
             muscle=muscle,
             search=search,
-            model=_without_neck(alone.fem_model),
-            skin=skin,
-            neck=neck.only(np.flatnonzero(near.any(axis=1))),
-            reachable=np.asarray(near.any(axis=0)),
+            model=without_neck(alone.quasi_static),
+            clearance=PathClearance.of(alone.free_surface(muscle.lip), neck, search.reach_mm),
             threads=threads,
         )
 
@@ -196,10 +180,10 @@ class _Trial:
             load = Load(time_s=share)
             path = list(static_path(model, load, start=start, solver=solver, threads=self.threads))
             equilibria += sum(result.converged for result in path)
-            return path[-1], self._clearance(path[-1].displacement)
+            return path[-1], self.clearance(path[-1].displacement)
 
         best = low = kept_at(model)
-        best_mm = low_mm = self._clearance(low.displacement)
+        best_mm = low_mm = self.clearance(low.displacement)
         while best_mm < wanted_mm and best.load.time_s < 1.0:
             low, low_mm = best, best_mm
             best, best_mm = raised(low, min(1.0, low.load.time_s + search.rising_step))
@@ -243,18 +227,3 @@ class _Trial:
                 "jaw, shift the package, or tense the muscle before the neck is there"
             )
         return result
-
-    def _clearance(self, displacement: Array) -> float:
-        """Return the distance of the neck's path from the lip at a displacement (n, 2), mm."""
-        points = self.skin.positions(displacement).reshape(-1, 2)[self.reachable]
-        return self.neck.clearance(points)
-
-
-def _without_neck(model: Model) -> Model:
-    """Return a model without moving outlines and inertia."""
-    contacts = [
-        contact
-        for contact in model.contacts
-        if not (isinstance(contact, RigidContact) and contact.moving)
-    ]
-    return replace(model, contacts=contacts, inertia=QUASI_STATIC)

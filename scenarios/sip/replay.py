@@ -30,6 +30,7 @@ from scenarios.results.recorder import Recorder, restored
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import Scenario, ScenarioError
 from scenarios.settings.searches import Period
+from scenarios.sip.activation import FoundActivation, find_activations
 from scenarios.sip.carrying import CarriedNeck, carried
 from scenarios.sip.findings import Finding, Severity, findings_of, neck_findings
 from scenarios.sip.hand import about_hand, chosen_hand
@@ -78,8 +79,9 @@ class Prepared:
         Of the neck in the frame of the head section.
     start_s, end_s
         The part of it that is replayed.
-    placed, pull
-        How neck and lower face were placed, and what pulls on a lip.
+    placed, pull, activations
+        How neck and lower face were placed, what pulls on a lip, and how active muscles were found
+        to be.
     carried
         How the neck takes the place of the one that was filmed.
     findings
@@ -92,6 +94,7 @@ class Prepared:
     end_s: float
     placed: Placed
     pull: PullResult | None
+    activations: tuple[FoundActivation, ...]
     carried: CarriedNeck
     findings: tuple[Finding, ...]
 
@@ -104,6 +107,8 @@ class Prepared:
             about["warnings"] = [str(finding) for finding in self.findings]
         if self.lips.muscles:
             about["muscles"] = about_muscles(self.lips.muscles)
+        if self.activations:
+            about["activations"] = {each.muscle: each.about() for each in self.activations}
         return about if self.pull is None else about | {"muscle": self.pull.about()}
 
 
@@ -111,9 +116,21 @@ def prepared(
     scenario: Scenario,
     *,
     threads: Threads | None = None,
+    activations: Sequence[FoundActivation] | None = None,
     progress: Progress = lambda share, what: None,
 ) -> Prepared:
     """Return the model and the motion of a scenario whose motion is known.
+
+    Parameters
+    ----------
+    scenario
+        With its ``motion`` set.
+    threads
+        That share the work, two by default; results are the same bits.
+    activations
+        What was found of its muscles before; searched if absent.
+    progress
+        Told what is being done.
 
     Raises
     ------
@@ -131,17 +148,22 @@ def prepared(
         lips = replace(lips, pull=pull.pull)
     progress(0.0, "meshing the lips")
     start_s, end_s = _contact_period(lips.fem_model, motion, scenario.numerics.period)
-    if scenario.muscles is not None:
-        lips = replace(lips, activations=scenario.muscles.activations(start_s))
-        instants = [a.time_s[0] for a in lips.activations.values()]
-        start_s = min(start_s, *instants) if instants else start_s
     liquid = tilted_liquid(scenario, lips.neck, motion, placed.head_angle_rad)
     if liquid is not None:
         lips = replace(lips, liquid=liquid)
+    if activations is None:
+        activations = find_activations(lips, motion, start_s, threads=threads, progress=progress)
+    if scenario.muscles is not None:
+        known = {found.muscle: found.activation for found in activations}
+        lips = replace(lips, activations=scenario.muscles.activations(start_s, known))
+        instants = [a.time_s[0] for a in lips.activations.values()]
+        start_s = min(start_s, *instants) if instants else start_s
     if scenario.muscle is not None:
         start_s = min(start_s, scenario.muscle.instants_s[0])
         end_s = max(end_s, scenario.muscle.instants_s[-1])
-    return Prepared(lips, motion, start_s, end_s, placed, pull, carried_neck, found)
+    return Prepared(
+        lips, motion, start_s, end_s, placed, pull, tuple(activations), carried_neck, found
+    )
 
 
 def placed_neck(scenario: Scenario) -> tuple[Placed, CarriedNeck, tuple[Finding, ...]]:
@@ -195,6 +217,8 @@ def replay(
     resume_from: Increment | None = None,
     reference: Solution | None = None,
     threads: Threads | None = None,
+    activations: Sequence[FoundActivation] | None = None,
+    on_activations: Callable[[Sequence[FoundActivation]], None] = lambda found: None,
     progress: Progress = lambda share, what: None,
 ) -> Outcome:
     """Replay a scenario whose motion is known, and return how it went.
@@ -212,6 +236,8 @@ def replay(
         The run whose forces the hand follows; needed unless it follows the film.
     threads
         That share the work, two by default; results are the same bits.
+    activations, on_activations
+        What was found of the muscles before, searched if absent; and what is called with it.
     progress
         Called with the share of the motion that is done.
 
@@ -222,7 +248,8 @@ def replay(
     SolutionError
         If ``resume_from`` is of another model.
     """
-    ready = prepared(scenario, threads=threads, progress=progress)
+    ready = prepared(scenario, activations=activations, threads=threads, progress=progress)
+    on_activations(ready.activations)
     model, motion, head_angle = ready.lips.fem_model, ready.motion, ready.placed.head_angle_rad
     steps, newton = scenario.numerics.steps, scenario.numerics.newton
     state = model.at_rest(
@@ -293,6 +320,7 @@ def _notes(ready: Prepared, result: MarchResult, about: Mapping[str, Any]) -> tu
         *about.get("warnings", ()),
         messages.muscle_message(about["muscle"]) if "muscle" in about else None,
         messages.muscles_message(about["muscles"]) if "muscles" in about else None,
+        messages.activations_message(about["activations"]) if "activations" in about else None,
         messages.crushed_message(about["largest_penetration_neck_mm"]),
         messages.caught_message(caught),
     )

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -16,17 +16,22 @@ from mocap.motion.motion import Motion
 from scenarios.results.collector import SolutionCollector
 from scenarios.results.increment import SolutionError
 from scenarios.results.integrity import MOTION, differing_input
+from scenarios.results.messages import activations_message
 from scenarios.results.run_inputs import MOTION_FOLDER, REFERENCE_FOLDER, RunInputs
 from scenarios.results.solution import Solution
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.results.writer import SolutionWriter
 from scenarios.settings.hand import HandSettings
 from scenarios.settings.inputs import check_inputs
-from scenarios.settings.scenario import Recording, Scenario
+from scenarios.settings.scenario import Recording, Scenario, load_scenario
+from scenarios.sip.activation import FoundActivation, read_activations, write_activations
 from scenarios.sip.replay import neck_findings_of, refuse_contradictions, replay
 
 BESIDE_MOTION = ("summary.json", "tracks.csv")
 """What pictures need of a conversion beside its motion."""
+
+ACTIVATIONS_FILE = "activations.json"
+"""File of a run directory with the activations that were found."""
 
 
 class NothingComputedError(DrinksimError):
@@ -211,6 +216,13 @@ def _replay_into(
         writer.keep(source, inputs.places[setting])
     _provide_motion(scenario, inputs, writer, progress)
     known = inputs.within(writer.folder)
+    cache = writer.folder / ACTIVATIONS_FILE
+
+    def found(activations: Sequence[FoundActivation]) -> None:
+        if activations:
+            write_activations(cache, activations)
+            writer.log(activations_message({each.muscle: each.about() for each in activations}))
+
     outcome = replay(
         known,
         on_model=writer.model,
@@ -218,6 +230,8 @@ def _replay_into(
         resume_from=writer.last(),
         reference=_reference_run(known, writer.folder / REFERENCE_FOLDER, threads, progress),
         threads=threads,
+        activations=read_activations(cache),
+        on_activations=found,
         progress=progress,
     )
     if writer.count == 0:
@@ -235,20 +249,30 @@ def _reference_run(
 ) -> Solution | None:
     """Return the run whose forces the hand follows; None if it follows the film.
 
-    A run that the scenario does not name is that of the filmed package, as it was filmed. It is
-    made, and kept in ``folder`` if that is given.
+    A run that the scenario does not name is made, and kept in ``folder`` if that is given: that of
+    the filmed package as it was filmed, or of ``hand.reference_scenario`` with the same motion and
+    numerics.
     """
     hand = scenario.hand
     if hand.mode == "recorded":
         return None
     if hand.reference is not None:
         return Solution.load(hand.reference)
-    filmed = scenario.with_(
-        name=f"{scenario.name}, filmed",
-        hand=HandSettings(),
-        package=scenario.filmed_package,
-        filmed=None,
-    )
+    if hand.reference_scenario is not None:
+        named = load_scenario(hand.reference_scenario)
+        searches = replace(
+            scenario.numerics,
+            pull_search=named.numerics.pull_search,
+            activation_search=named.numerics.activation_search,
+        )
+        filmed = replace(named, motion=scenario.motion, numerics=searches)
+    else:
+        filmed = scenario.with_(
+            name=f"{scenario.name}, filmed",
+            hand=HandSettings(),
+            package=scenario.filmed_package,
+            filmed=None,
+        )
     return solve(filmed, out=folder, resume=folder is not None, threads=threads, progress=progress)
 
 

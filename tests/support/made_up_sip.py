@@ -242,6 +242,7 @@ class MadeUpReplay:
         reference: Solution | None = None,
         threads: object = None,
         progress: object,
+        **_: object,
     ) -> Outcome:
         model = small_model()
         if resume_from is None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from scenarios.settings.liquid import Liquid
-from scenarios.settings.muscles import Muscles
+from scenarios.settings.muscles import Muscles, Seen
 from scenarios.settings.scenario import load_scenario, resolved_toml
 from scenarios.settings.tables import SettingError
 
@@ -67,6 +67,20 @@ def test_a_scenario_file_says_how_the_lips_act(tmp_path: Path) -> None:
         (["muscles.levator=[0.1, 0.2]"], "holds 2 activations and muscles.time_s 0 instants"),
         (["muscles.time_s=[2.0, 1.0]"], "each instant must be later"),
         (["muscles.levatr=0.1"], "did you mean"),
+        (["muscles.levator=auto"], 'give muscles.time_s, and "auto" at two instants'),
+        (
+            ["muscles.time_s=[1.0, 2.0]", 'muscles.levator=["auto", 0.2]'],
+            'give muscles.time_s, and "auto" at two instants',
+        ),
+        (["muscles.mentalis=auto"], r"give muscles\.seen\.lower_reach_mm"),
+        (["muscles.seen.lower_reach_mm=8.0"], "reach_time_s is missing"),
+        (["muscles.lower_orbicularis=auto"], r"give muscles\.seen\.seal_time_s"),
+        (
+            ["muscles.lower_orbicularis=auto", "muscles.seen.seal_time_s=3.0"],
+            r"give \[liquid\] volume_ml too",
+        ),
+        (["muscles.levator=0.1", "muscles.seen.clearance_mm=1.0"], "has no effect"),
+        (["numerics.activation_search.tolerance=0.01"], "has no effect"),
         (["liquid.density_kg_per_m3=1000.0"], r"liquid\.volume_ml is missing"),
         (["liquid.volume_ml=0.0"], r"liquid\.volume_ml = 0 ml is too small"),
         (["liquid.volume_ml=100.0", "liquid.suction_kpa=4.0"], "say when the person sucks"),
@@ -84,6 +98,23 @@ def test_a_scenario_file_says_how_the_lips_act(tmp_path: Path) -> None:
 def test_what_no_lip_and_no_liquid_can_do_is_refused(settings: list[str], message: str) -> None:
     with pytest.raises(SettingError, match=message):
         load_scenario("A38-F", settings)
+
+
+def test_auto_stands_for_what_was_found_wherever_it_is_written() -> None:
+    muscles = Muscles(time_s=(1.0, 2.0, 3.0, 4.0), levator=("auto", "auto", 0.1, "auto"))
+    assert muscles.automatic == ("levator",)
+    assert muscles.held_s("levator") == ((1.0, 2.0),)
+    levator = muscles.activations(0.0, {"levator": 0.3})["levator"]
+    assert [levator.at(time) for time in (1.0, 1.5, 2.0, 3.0, 4.0)] == [0.3, 0.3, 0.3, 0.1, 0.3]
+
+
+def test_one_muscle_is_decided_by_one_observation() -> None:
+    seen = Seen(lower_reach_mm=8.0, reach_time_s=2.0, seal_time_s=2.0)
+    muscles = Muscles(depressor="auto", mentalis="auto", lower_orbicularis="auto", seen=seen)
+    decided = {name: muscles.observation(name) for name in muscles.automatic}
+    assert decided == {
+        "lower_orbicularis": "seals", "mentalis": "reaches", "depressor": "reaches"
+    }  # fmt: skip
 
 
 def test_suction_rises_holds_and_falls() -> None:

@@ -77,6 +77,11 @@ def test_a_share_of_an_unknown_weight_is_refused(missing, settings):
         load_scenario("A38-F", ["hand.mode=force", "hand.share_of_weight=0.1", *settings])
 
 
+def test_a_reference_scenario_is_one_of_the_library():
+    with pytest.raises(ScenarioError, match=r"reference_scenario = 'A38F': .*A38-F"):
+        load_scenario("A38-AE", ["hand.mode=force", "hand.reference_scenario=A38F"])
+
+
 def test_a_lip_that_bore_nothing_cannot_be_followed():
     nothing = reference()
     still = Reference(
@@ -112,6 +117,11 @@ def test_the_film_needs_no_hand_and_others_need_a_run(run_directory):
             "upper_force_n and hand.share_of_weight contradict",
         ),
         (["hand.mode=force", "hand.share_of_weight=1.5"], "share_of_weight"),
+        (["hand.reference_scenario=A38-F"], "no effect"),
+        (
+            ["hand.mode=same", "hand.reference_scenario=A38-F", "hand.reference=runs/A38-F"],
+            "reference and hand.reference_scenario contradict",
+        ),
         (["hand.stiffness_n_per_m=200"], "no effect"),
         (["hand.mode=force", "hand.stiffness_n_per_m=200"], "no effect"),
         (["hand.mode=firm"], "recorded"),
