@@ -33,7 +33,8 @@ from scipy.spatial import cKDTree
 from fem2d.solvers.step_control import StepSettings
 from scenarios.results.increment import Increment, SectionModel
 from scenarios.results.quantities import LIPS
-from scenarios.settings.scenario import library_names, load_scenario
+from scenarios.settings.files import recorded_names
+from scenarios.settings.scenario import load_scenario
 from scenarios.sip.replay import replay
 from scenarios.sip.run import convert_recording
 
@@ -152,7 +153,7 @@ def changed(label: str, before: list[float], after: list[float]) -> None:
 def main() -> None:
     """Run the scenarios and print a table for each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scenarios", nargs="*", default=library_names())
+    parser.add_argument("scenarios", nargs="*", default=recorded_names())
     parser.add_argument(
         "--resolutions", nargs="+", default=["coarse", "standard", "fine", "thesis"]
     )

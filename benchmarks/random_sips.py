@@ -23,7 +23,8 @@ from geometry2d.neck import NECKS
 from mocap.convert import convert
 from mocap.motion.motion import Motion
 from scenarios.results.increment import Increment
-from scenarios.settings.scenario import Scenario, library_names, load_scenario
+from scenarios.settings.files import recorded_names
+from scenarios.settings.scenario import Scenario, load_scenario
 from scenarios.settings.tables import SettingError
 from scenarios.sip.replay import replay
 
@@ -42,7 +43,7 @@ LIP_RANGES_MM = {
 
 def drawn(rng: np.random.Generator, resolution: str) -> tuple[Scenario, list[str]]:
     """Return a scenario of the library with random settings laid over it, and those."""
-    name = str(rng.choice(library_names()))
+    name = str(rng.choice(recorded_names()))
     library_neck = NECKS[load_scenario(name).package.neck]
     while True:
         depth = rng.uniform(0.6, 1.6)

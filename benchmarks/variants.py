@@ -14,7 +14,8 @@ import time
 from pathlib import Path
 
 from scenarios.results.quantities import LIPS
-from scenarios.settings.scenario import ScenarioError, library_names, load_scenario
+from scenarios.settings.files import recorded_names
+from scenarios.settings.scenario import ScenarioError, load_scenario
 from scenarios.sip.replay import replay
 from scenarios.sip.run import convert_recording
 
@@ -76,7 +77,7 @@ def run(name: str, variant: str, motion: Path, resolution: str) -> bool:
 def main() -> None:
     """Run the variants and print a table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scenarios", nargs="*", default=library_names())
+    parser.add_argument("scenarios", nargs="*", default=recorded_names())
     parser.add_argument("--resolution", default="coarse")
     options = parser.parse_args()
     head = [

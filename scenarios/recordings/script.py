@@ -19,12 +19,12 @@ from geometry2d.rigid import RigidMotion, rotated
 from mocap.synthetic.camera import Camera, Lens, Sensor
 from mocap.synthetic.scene import Light
 from scenarios.recordings.choreography import PosePath, PoseStep
+from scenarios.settings.files import LIBRARY, recorded_names
 from scenarios.settings.names import nearest
 from scenarios.settings.tables import table_from
 
 Array = NDArray[np.float64]
 
-LIBRARY = Path(__file__).parents[1] / "library"
 SAMPLES_PER_S = 200.0
 MARGIN_S = 0.1
 
@@ -138,9 +138,9 @@ def script_of(name: str) -> Script:
     """
     file = LIBRARY / name / "recording.toml"
     if not file.is_file():
-        known = ", ".join(sorted(f.parent.name for f in LIBRARY.glob("*/recording.toml")))
         raise RenderingError(
-            f"there is no recording {short(name)!r} in the library: known are {known}"
+            f"there is no recording {short(name)!r} in the library: known are "
+            f"{', '.join(recorded_names())}"
         )
     return read_script(file)
 

@@ -84,13 +84,13 @@ def carried_message(about: Mapping[str, Any]) -> str | None:
 def hand_message(about: Mapping[str, Any]) -> str:
     """Return how the package was carried, from the summary's ``hand``."""
     if about["mode"] == "same":
-        return "carried by the hand of the reference run, which yields"
+        return f"carried by the hand of the reference run {about['reference']}, which yields"
     if "upper_n" in about:
         return (
             f"each lip bore what was stated, {about['upper_n']:.2f} N the upper and "
             f"{about['lower_n']:.2f} N the lower"
         )
-    return "each lip bore what it bore in the reference run"
+    return f"each lip bore what it bore in the reference run {about['reference']}"
 
 
 def muscle_message(about: Mapping[str, Any]) -> str:
@@ -160,8 +160,14 @@ def caught_message(lips: Sequence[str]) -> str | None:
     )
 
 
-def passive_message(pulled: Sequence[bool]) -> str:
-    """Return how passive the lips of several runs are, given in which of them a muscle acts."""
+def lips_message(pulled: Sequence[bool], acting: Sequence[bool]) -> str:
+    """Return how active lips are, given in which runs a load and in which muscles act on them."""
+    if any(acting):
+        where = "" if all(acting) else " in some of the runs"
+        return (
+            f"Muscles of the lips act{where}; how active a person's are is not known from one "
+            "film. Nothing is pre-stressed."
+        )
     if not any(pulled):
         return "The lips are passive: no muscle acts and nothing is pre-stressed."
     where = "" if all(pulled) else " in some of the runs"
@@ -169,6 +175,20 @@ def passive_message(pulled: Sequence[bool]) -> str:
         f"The lips are passive but for a load that stands for a muscle{where}; nothing is "
         "pre-stressed."
     )
+
+
+def acting_message(summary: Mapping[str, Any]) -> str:
+    """Return who carried the package of a run and how active its lips were, from its summary."""
+    told = [
+        hand_message(summary["hand"])
+        if "hand" in summary
+        else "the neck followed the film, whatever it took"
+    ]
+    if "activations" in summary:
+        told.append(activations_message(summary["activations"]))
+    elif "muscles" in summary:
+        told.append(muscles_message(summary["muscles"]))
+    return " ".join(f"{each[0].upper()}{each[1:]}." for each in told)
 
 
 def felt_message(summary: Mapping[str, Any]) -> str:

@@ -30,6 +30,11 @@ def library_names() -> list[str]:
     return sorted(path.parent.name for path in LIBRARY.glob("*/scenario.toml"))
 
 
+def recorded_names() -> list[str]:
+    """Return the names of those built-in scenarios that have a recording of their own, sorted."""
+    return sorted(path.parent.name for path in LIBRARY.glob("*/recording.toml"))
+
+
 def file_layers(name_or_file: str, folder: Path) -> list[SettingsLayer]:
     """Return the layers of a built-in name or a file, those of its base first.
 

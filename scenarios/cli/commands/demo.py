@@ -1,4 +1,4 @@
-"""``drinksim demo``: convert, replay, animate and plot the bundled A38-F recording."""
+"""``drinksim demo``: the bundled A38-F recording, replayed with passive and with acting lips."""
 
 from __future__ import annotations
 
@@ -28,32 +28,39 @@ def run(options: Namespace) -> int:
     from scenarios.views.plots import plot_histories, plot_imprint
 
     out: Path = options.out
-    scenario = load_scenario("A38-F")
+    scenario = load_scenario("A38-F-acting")
     assert scenario.recording is not None  # the library's scenarios are recorded
     film, sheet = out / "A38-F.mp4", out / "A38-F.png"
     page = out / "A38-F.html"
     histories, imprint = out / "A38-F-history.png", out / "A38-F-imprint.png"
-    with _stage("1/4 convert: video to motion") as progress:
+    passive, acting = out / "passive", out / "replay"
+    with _stage("1/5 convert: video to motion") as progress:
         conversion = convert_recording(scenario.recording, out / "conversion", progress=progress)
-    with _stage("2/4 replay: motion to contact") as progress:
+    with _stage("2/5 replay: passive lips, neck as filmed") as progress:
+        reference = load_scenario("A38-F").with_motion(conversion.motion)
+        solve(reference, out=passive, progress=progress)
+    with _stage("3/5 replay: acting lips, equal force") as progress:
+        follows = {"reference": passive.resolve(), "reference_scenario": None}
         solution = solve(
-            scenario.with_motion(conversion.motion), out=out / "replay", progress=progress
+            scenario.with_motion(conversion.motion).with_(hand=follows),
+            out=acting,
+            progress=progress,
         )
-    with _stage("3/4 animate: model beside recording") as progress:
-        animate(out / "replay", film, beside_video=True, progress=progress)
-        animate(out / "replay", sheet, beside_video=True, progress=progress)
-    with _stage("4/4 report: a page that moves") as progress:
-        write_report([out / "replay"], page, progress=progress)
-        plot_histories([out / "replay"], histories)
-        plot_imprint(out / "replay", imprint)
+    with _stage("4/5 animate: model beside recording") as progress:
+        animate(acting, film, beside_video=True, progress=progress)
+        animate(acting, sheet, beside_video=True, progress=progress)
+    with _stage("5/5 report: a page that moves") as progress:
+        write_report([acting, passive], page, progress=progress)
+        plot_histories([passive, acting], histories)
+        plot_imprint(acting, imprint)
     print(f"\n{closing_message(solution)}\n\nLook at")
     for path, what in (
-        (film, "the sip: recording and model side by side"),
+        (film, "the sip with acting lips: recording and model side by side"),
         (sheet, "the same as six frames"),
-        (histories, "strain, stress and pressure over the sip"),
+        (histories, "strain, stress and pressure over the sip, passive and acting"),
         (imprint, "where and when the neck is pressed"),
         (out / "conversion" / "overlay.mp4", "the recording with its tracked markers"),
-        (out / "replay" / "history.csv", "the numbers"),
+        (acting / "history.csv", "the numbers"),
     ):
         print(f"  {path!s:<32}  {what}")
     print(f"\nOpen in a browser and drag the slider: {page.resolve()}")

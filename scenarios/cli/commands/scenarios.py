@@ -28,7 +28,7 @@ def run(options: Namespace) -> int:
         if options.set or options.redraw is not None:
             return complain("no NAME given: say which scenario --set or --redraw is about")
         for name in library_names():
-            print(f"{name:<8}  {load_scenario(name).description}")
+            print(f"{name:<13}  {load_scenario(name).description}")
         return 0
     if options.redraw is not None:
         if options.set:

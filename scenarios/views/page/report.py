@@ -12,7 +12,7 @@ from pathlib import Path
 from geometry2d.foundation.output import check_writable, file_at_once
 from geometry2d.foundation.progress import Progress, part_of
 from scenarios.results.history_file import HISTORY_FILE
-from scenarios.results.messages import passive_message
+from scenarios.results.messages import lips_message
 from scenarios.results.quantities import LIPS
 from scenarios.results.run_inputs import REFERENCE_FOLDER
 from scenarios.results.solution import Solution
@@ -129,7 +129,10 @@ def _pictures(of_runs: Sequence[Markup]) -> Markup:
 
 def _trust(runs: Sequence[Reported]) -> Markup:
     limits = (
-        passive_message([run.scenario.muscle is not None for run in runs]),
+        lips_message(
+            [run.scenario.muscle is not None for run in runs],
+            [run.scenario.muscles is not None for run in runs],
+        ),
         "The section is plane: what happens beside it is not seen, and forces are per mm of width.",
         "Skin parameters come from one aspiration experiment.",
         "Pressure at a point depends on the size of elements and on sharp corners of the neck; "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from scenarios.results.messages import felt_message, verdict_message
+from scenarios.results.messages import acting_message, felt_message, verdict_message
 from scenarios.results.verdict import FAILURE, PAIN, Threshold
 from scenarios.views.page.hypertext import Markup, folded, tag
 from scenarios.views.page.reported import Reported
@@ -20,6 +20,7 @@ def verdicts(runs: Sequence[Reported]) -> Markup:
         words = [
             tag("p", verdict_message(run.verdict)),
             tag("p", felt_message(run.solution.summary)),
+            tag("p", acting_message(run.solution.summary), class_="quiet"),
         ]
         parts = [tag("h3", run.label), *([folded("In words", *words)] if many else words)]
         if not run.solution.summary["finished"]:
@@ -35,7 +36,7 @@ def verdicts(runs: Sequence[Reported]) -> Markup:
         ]
         cards.append(tag("article", *parts, class_="verdict"))
     limits = (
-        "The model is a plane section of passive lips; its pressures compare openings, they are "
+        "The model is a plane section of lips; its pressures compare openings, they are "
         f"not yet a person's. Pain: {PAIN.measured} ({PAIN.source}); lips may feel it "
         f"earlier. Tearing: {FAILURE.measured} "
         f"({FAILURE.source})."

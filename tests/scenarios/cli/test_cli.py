@@ -440,7 +440,7 @@ def test_the_demo_says_what_to_look_at(
     assert main(["demo", "--out", str(tmp_path / "demo")]) == 0
     said = capsys.readouterr().out.splitlines()
     stages = [line for line in said if line.endswith(" s")]
-    assert [stage[:3] for stage in stages] == ["1/4", "2/4", "3/4", "4/4"]
+    assert [stage[:3] for stage in stages] == ["1/5", "2/5", "3/5", "4/5", "5/5"]
     named = [Path(line.split("  ")[1]) for line in said[said.index("Look at") + 1 :]]
     assert len(named) == 6
     assert all(path.is_file() and path.stat().st_size > 1000 for path in named)

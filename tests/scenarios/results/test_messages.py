@@ -7,10 +7,12 @@ from typing import Any
 import pytest
 
 from scenarios.results.messages import (
+    acting_message,
     caught_message,
     crushed_message,
     ending,
     felt_message,
+    lips_message,
     muscle_message,
     muscles_message,
     placement_message,
@@ -136,3 +138,23 @@ def test_a_seal_is_said_where_liquid_was_at_the_rim() -> None:
 def test_muscles_are_said_with_their_largest_activation() -> None:
     message = muscles_message({"upper_peripheral": {"activation": 0.2, "tension_n": 0.79}})
     assert message == "muscles at most as active as: upper peripheral 0.20 (0.8 N)"
+
+
+def test_how_active_lips_are_is_said_of_all_runs_or_of_some() -> None:
+    assert "passive: no muscle" in lips_message([False], [False])
+    assert "stands for a muscle in some" in lips_message([True, False], [False, False])
+    assert "Muscles of the lips act;" in lips_message([True], [True])
+    assert "act in some of the runs" in lips_message([False, False], [True, False])
+
+
+def test_who_carried_the_package_is_said_of_every_run() -> None:
+    film = acting_message({})
+    assert film == "The neck followed the film, whatever it took."
+    same = {"mode": "same", "reference": "A38-F"}
+    assert "hand of the reference run A38-F, which yields" in acting_message({"hand": same})
+    force = {"mode": "force", "reference": "A38-F"}
+    assert "bore what it bore in the reference run A38-F." in acting_message({"hand": force})
+    stated = force | {"upper_n": 1.0, "lower_n": 2.0}
+    assert "1.00 N the upper and 2.00 N the lower" in acting_message({"hand": stated})
+    found = {"least": 0.02, "twice": 0.04, "fixed_by": "keeps it clear"}
+    assert "Activations found: levator 0.020" in acting_message({"activations": {"levator": found}})
