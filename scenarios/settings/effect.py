@@ -163,6 +163,10 @@ def _of_muscles(muscles: Muscles | None) -> Iterator[Ineffective]:
 
 def _of_head(head: Head) -> Iterator[Ineffective]:
     measured = head.measurements
+    if head.jaw is not None:
+        yield Ineffective(
+            ("head.jaw_opening_deg",), ("head.jaw.opening_deg",), "as [head.jaw] tells it"
+        )
     places = tuple(
         f"{place}_dermis_mm" for place in ("nose", "philtrum", "fold", "chin", "submental")
     )

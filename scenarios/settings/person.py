@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Literal
 
@@ -16,6 +16,32 @@ from scenarios.settings.tables import SettingError
 
 DRAWN_HEAD_KEYS = ("dermis_thickness_mm", "tie_fade_mm")
 """Measurements that a drawing of the head leaves open."""
+
+
+@dataclass(frozen=True)
+class Jaw:
+    """How far the jaw is open against time; it turns about its hinge with lower tooth and lip.
+
+    Between two instants it turns smoothly; before the first and after the last it rests.
+    """
+
+    time_s: tuple[float, ...] = setting(
+        unit="s", minimum=0.0, description="instants of the openings, in the recording"
+    )
+    opening_deg: tuple[float, ...] = setting(
+        unit="deg", minimum=0.0, maximum=25.0, description="opening of the jaw at each instant"
+    )
+
+    def __post_init__(self) -> None:
+        if len(self.time_s) != len(self.opening_deg) or not self.time_s:
+            raise SettingError(
+                f"opening_deg holds {len(self.opening_deg)} openings and time_s "
+                f"{len(self.time_s)} instants: give one opening for each instant"
+            )
+        if any(b <= a for a, b in itertools.pairwise(self.time_s)):
+            raise SettingError(
+                f"time_s = {list(self.time_s)} s: each instant must be later than the one before"
+            )
 
 
 @dataclass(frozen=True)
@@ -37,6 +63,16 @@ class Head:
     measurements: HeadMeasurements = setting(
         default=HeadMeasurements(), inline=True, description="measurements of the head"
     )
+    jaw: Jaw | None = setting(
+        default=None, description="a jaw that turns, in place of jaw_opening_deg"
+    )
+
+    def __post_init__(self) -> None:
+        if self.jaw is not None and self.outline is not None:
+            raise SettingError(
+                "head.jaw needs the hinge of the jaw, which head.outline does not draw: use the "
+                "measurements of a head, or leave the jaw where it is drawn"
+            )
 
     def section(self) -> HeadSection:
         """Return the head, cut through its middle.
@@ -49,6 +85,8 @@ class Head:
             If the drawing does not.
         """
         measured = self.measurements
+        if self.jaw is not None:
+            measured = replace(measured, jaw_opening_deg=self.jaw.opening_deg[0])
         if self.outline is None:
             return built(head_section, measured, HeadMeasurements(), where="head")
         return drawn_head(

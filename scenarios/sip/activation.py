@@ -290,7 +290,8 @@ def _clears(
     there = {name: each.at(held[0][0]) for name, each in active(0.0).items() if name != muscle}
     rising = {name: Amplitude(RISE.time_s, (0.0, value)) for name, value in there.items()}
     full = Amplitude(RISE.time_s, (0.0, search.most))
-    acting = replace(alone, liquid=None, activations={**rising, muscle: full})
+    held_alone = alone.with_jaw_at(held[0][0])
+    acting = replace(held_alone, liquid=None, activations={**rising, muscle: full})
     model = without_neck(acting.quasi_static)
     solver = fastest_solver()
     equilibria = [kept_at(model)]

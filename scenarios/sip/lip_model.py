@@ -15,6 +15,7 @@ from fem2d.contact.rigid import RigidContact
 from fem2d.contact.self_contact import SelfContact
 from fem2d.loads.amplitude import Amplitude
 from fem2d.loads.dead import DeadLoad
+from fem2d.loads.driven import DrivenAnchor, DrivenOutline
 from fem2d.loads.liquid import LiquidLoad
 from fem2d.loads.load import AppliedForce
 from fem2d.loads.muscle import MuscleLoad
@@ -32,6 +33,7 @@ from geometry2d.rigid import rotated
 from scenarios.results.increment import SectionModel
 from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import Liquid, Muscle, Scenario, ScenarioError, Skin
+from scenarios.sip.jaw import JawCourse
 from scenarios.sip.lip_muscles import lip_muscles
 from scenarios.sip.tilted_liquid import TiltedLiquid
 
@@ -114,6 +116,8 @@ class Lips:
         How active each muscle is against time (`scenarios.sip.lip_muscles.PARTS`).
     liquid
         The pressure of the content at each instant; None if it is neglected.
+    jaw
+        Where the lower jaw is at each instant; None if it stays where it is.
     present
         Which lips are modelled.
     """
@@ -124,6 +128,7 @@ class Lips:
     pull: Pull | None = None
     activations: Mapping[str, Amplitude] = field(default_factory=dict)
     liquid: TiltedLiquid | None = None
+    jaw: JawCourse | None = None
     present: tuple[str, ...] = LIPS
 
     @cached_property
@@ -167,14 +172,10 @@ class Lips:
         """Lips, ties, and what they touch."""
         contact, numerics = self.scenario.contact, self.scenario.numerics
         normal = numerics.penalty
-        on_neck, on_tooth, on_lip = (
+        on_neck, on_lip = (
             replace(numerics.stick, coefficient=coefficient)
-            for coefficient in (contact.friction, contact.teeth_friction, contact.lip_friction)
+            for coefficient in (contact.friction, contact.lip_friction)
         )
-        surfaces = {
-            lip: self.free_surface(lip, between_nodes=numerics.lips.points_between_nodes)
-            for lip in self.present
-        }
         on_walls = [
             RigidContact(
                 surface,
@@ -184,31 +185,14 @@ class Lips:
                 friction=on_neck,
                 name=f"{lip} lip on {wall}",
             )
-            for lip, surface in surfaces.items()
+            for lip, surface in self._touched.items()
             for wall in WALLS
         ]
         on_teeth = [
-            RigidContact(
-                surface,
-                getattr(self.head, f"{lip}_tooth"),
-                normal=normal,
-                search=numerics.search,
-                friction=on_tooth,
-                moving=False,
-                name=f"{lip} lip on {lip}_tooth",
-            )
-            for lip, surface in surfaces.items()
-        ]
-        ties = tuple(
-            ElasticTie(
-                self.surface(f"{lip}_{part}"),
-                numerics.lips.bone_stiffness_mpa_per_mm,
-                fade_mm=self.head.tie_fade_mm if part == "bone" else 0.0,
-                name=f"{lip}_{part}",
-            )
+            self._on_tooth(lip, moving=False)
             for lip in self.present
-            for part in ("bone", "cut")
-        )
+            if self.jaw is None or lip == "upper"
+        ]
         lips = SelfContact(
             tuple(self.free_surface(lip, at_nodes=False) for lip in self.present),
             normal=normal,
@@ -221,9 +205,40 @@ class Lips:
         return Model(
             self.body,
             contacts=(*on_walls, *on_teeth, lips),
-            ties=ties,
+            ties=self._ties,
             inertia=numerics.inertia,
             loads=self.loads,
+        )
+
+    @cached_property
+    def _touched(self) -> dict[str, Surface]:
+        """The free surface of each lip with all points at which contact is looked for."""
+        between = self.scenario.numerics.lips.points_between_nodes
+        return {lip: self.free_surface(lip, between_nodes=between) for lip in self.present}
+
+    def _on_tooth(self, lip: str, *, moving: bool) -> RigidContact:
+        numerics = self.scenario.numerics
+        return RigidContact(
+            self._touched[lip],
+            getattr(self.head, f"{lip}_tooth"),
+            normal=numerics.penalty,
+            search=numerics.search,
+            friction=replace(numerics.stick, coefficient=self.scenario.contact.teeth_friction),
+            moving=moving,
+            name=f"{lip} lip on {lip}_tooth",
+        )
+
+    @cached_property
+    def _ties(self) -> tuple[ElasticTie, ...]:
+        return tuple(
+            ElasticTie(
+                self.surface(f"{lip}_{part}"),
+                self.scenario.numerics.lips.bone_stiffness_mpa_per_mm,
+                fade_mm=self.head.tie_fade_mm if part == "bone" else 0.0,
+                name=f"{lip}_{part}",
+            )
+            for lip in self.present
+            for part in ("bone", "cut")
         )
 
     @property
@@ -235,7 +250,21 @@ class Lips:
     def loads(self) -> tuple[AppliedForce, ...]:
         """What acts on the lips: a pull, muscles, liquid."""
         pulls = () if self.pull is None else (self.load(self.pull),)
-        return (*pulls, *self.muscles, *self.liquid_loads)
+        return (*pulls, *self.muscles, *self.liquid_loads, *self.jaw_loads)
+
+    def with_jaw_at(self, time_s: float) -> Lips:
+        """Return the model with a jaw that stays where it is at a time, s."""
+        return self if self.jaw is None else replace(self, jaw=self.jaw.resting(time_s))
+
+    @cached_property
+    def jaw_loads(self) -> tuple[AppliedForce, ...]:
+        """What a jaw that turns does to the lower lip: its ties and the tooth go with it."""
+        if self.jaw is None or "lower" not in self.present:
+            return ()
+        anchors = [
+            DrivenAnchor(tie, self.jaw) for tie in self._ties if tie.name.startswith("lower")
+        ]
+        return (*anchors, DrivenOutline(self._on_tooth("lower", moving=True), self.jaw))
 
     @cached_property
     def liquid_loads(self) -> tuple[LiquidLoad, ...]:

@@ -150,7 +150,9 @@ class _Trial:
     def of(cls, lips: Lips, muscle: Muscle, motion: RigidMotion, threads: Threads) -> _Trial:
         scenario = lips.scenario
         coarse = scenario.with_(numerics={"resolution": "coarse"})
-        alone = replace(lips, scenario=coarse, present=(muscle.lip,), pull=None)
+        alone = replace(lips, scenario=coarse, present=(muscle.lip,), pull=None).with_jaw_at(
+            muscle.tense_to_s[0]
+        )
         search = scenario.numerics.pull_search
         held = zip(muscle.tense_to_s, muscle.relax_from_s, strict=True)
         times = held_times(held, search.instants)

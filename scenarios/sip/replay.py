@@ -34,6 +34,7 @@ from scenarios.sip.activation import FoundActivation, find_activations
 from scenarios.sip.carrying import CarriedNeck, carried
 from scenarios.sip.findings import Finding, Severity, findings_of, neck_findings
 from scenarios.sip.hand import about_hand, chosen_hand
+from scenarios.sip.jaw import JawCourse
 from scenarios.sip.lip_model import Lips
 from scenarios.sip.lip_muscles import about_muscles
 from scenarios.sip.measures import LipMeasures
@@ -142,7 +143,9 @@ def prepared(
     placed, carried_neck, found = placed_neck(scenario)
     refuse_contradictions(found)
     motion = carried_neck.motion
-    lips = Lips(scenario, placed.head, scenario.package.section())
+    jaw = scenario.head.jaw
+    course = None if jaw is None else JawCourse.of(jaw, placed.head.landmarks["hinge"])
+    lips = Lips(scenario, placed.head, scenario.package.section(), jaw=course)
     pull = find_pull(lips, motion, threads=threads, progress=progress)
     if pull is not None:
         lips = replace(lips, pull=pull.pull)
@@ -158,6 +161,8 @@ def prepared(
         lips = replace(lips, activations=scenario.muscles.activations(start_s, known))
         instants = [a.time_s[0] for a in lips.activations.values()]
         start_s = min(start_s, *instants) if instants else start_s
+    if course is not None:
+        start_s = min(start_s, course.opening_deg.time_s[0])
     if scenario.muscle is not None:
         start_s = min(start_s, scenario.muscle.instants_s[0])
         end_s = max(end_s, scenario.muscle.instants_s[-1])
