@@ -11,6 +11,7 @@ are compared with those of the run with passive lips that gives the forces.
 from __future__ import annotations
 
 import argparse
+import itertools
 from pathlib import Path
 
 from benchmarks.hands import kept_run, reference_run
@@ -55,6 +56,22 @@ def with_activations(scenario: Scenario, found: Solution, times: float) -> Scena
     return scenario.with_(muscles={**given, "seen": seen})
 
 
+def changed(name: str, variant: str, out: Path, resolution: str) -> Scenario:
+    """Return a variant of a scenario that follows the reference run kept in ``out``."""
+    settings = [
+        f"numerics.resolution={resolution}",
+        f"motion.file={out / 'reference' / 'motion' / 'motion.csv'}",
+    ]
+    times = variant.removeprefix("activation ")
+    if times == variant:
+        settings += variant.split()
+    follows = {"reference": str((out / "reference").resolve()), "reference_scenario": None}
+    scenario = load_scenario(name, settings).with_(hand=follows)
+    if times == variant:
+        return scenario
+    return with_activations(scenario, Solution.load(out / "as-it-is"), float(times))
+
+
 def row(name: str, variant: str, run: Solution, passive: Solution) -> str:
     """Return a run as a row of the table."""
     summary, before = run.summary, passive.summary
@@ -84,27 +101,17 @@ def main() -> None:
     head += ["iterations an increment, over the passive run's"]
     head += [*(f"{lip} window, kPa" for lip in LIPS), "off the film, mm", "s"]
     print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
-    for name in options.scenarios:
+    for variant, name in itertools.product(VARIANTS, options.scenarios):
         out: Path = options.out / name
         hand = load_scenario(name).hand
         assert hand.reference_scenario is not None  # these scenarios name one
         passive = reference_run(hand.reference_scenario, options.resolution, out)
-        common = [
-            f"numerics.resolution={options.resolution}",
-            f"motion.file={out / 'reference' / 'motion' / 'motion.csv'}",
-        ]
-        follows = {"reference": str((out / "reference").resolve()), "reference_scenario": None}
-        for variant in VARIANTS:
-            folder = out / (variant.replace("=", "") or "as-it-is").replace(" ", "-")
-            changed = [] if variant.startswith("activation") else variant.split()
-            scenario = load_scenario(name, [*common, *changed]).with_(hand=follows)
-            if variant.startswith("activation"):
-                found = Solution.load(out / "as-it-is")
-                scenario = with_activations(scenario, found, float(variant.split()[1]))
-            try:
-                print(row(name, variant, kept_run(scenario, folder), passive), flush=True)
-            except (ScenarioError, NothingComputedError) as error:
-                print(f"| {name} | {variant} | {error} |", flush=True)
+        folder = out / (variant.replace("=", "") or "as-it-is").replace(" ", "-")
+        try:
+            run = kept_run(changed(name, variant, out, options.resolution), folder)
+            print(row(name, variant, run, passive), flush=True)
+        except (ScenarioError, NothingComputedError) as error:
+            print(f"| {name} | {variant} | {error} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -308,8 +308,15 @@ def test_each_side_bears_what_it_is_to_bear(off):
         damping=1e-4,
     )
     elsewhere = replace(motion, shift_mm=motion.shift_mm + np.array(off))
-    found = borne(carried(model, elsewhere, hand, 0.05))
-    assert found[-1] == pytest.approx(wanted[-1], rel=0.01)
+    commits = carried(model, elsewhere, hand, 0.05)
+    assert borne(commits)[-1] == pytest.approx(wanted[-1], rel=0.01)
+    if off == (0.0, 0.0):  # the reference run itself is reproduced
+        # From 0.97 s on the block gives way at once, which held forces do not stop where a held
+        # place does.
+        pairs = list(zip(reference, commits, strict=True))[:19]
+        assert pairs[-1][0].state.time_s == pytest.approx(0.95)
+        for one, other in pairs:
+            assert other.state.displacement == pytest.approx(one.state.displacement, abs=1e-6)
 
 
 def test_a_hand_that_holds_nothing_is_refused():
