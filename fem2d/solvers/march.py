@@ -164,6 +164,8 @@ def _tried(
         duration = proposed_duration(steps, carried, state, contacts, bound)
         if hand is not None and rejected == 0:
             duration = hand.aligned(state.time_s, duration)
+            if last_s - (state.time_s + duration) < steps.shortest_s:  # no step would fit there
+                duration = last_s - state.time_s
         further = None if hand is None else hand.unknowns(loading, state, duration)
         load = carried(state.time_s + duration)
         trial, balance = stepper.attempt(state, load, duration, body, further)

@@ -69,7 +69,7 @@ class Reference:
         """
         history = solution.history
         return cls(
-            history["time_s"],
+            solution.time_s,
             {
                 lip: rotated(
                     np.column_stack([history[f"{lip}_lip_force_{axis}_n"] for axis in "xy"]),

@@ -337,3 +337,15 @@ def test_steps_end_where_it_is_known_what_is_borne():
     assert hand.aligned(0.0, 0.25) == pytest.approx(0.1)
     assert hand.aligned(0.1, 0.15) == pytest.approx(0.2)
     assert hand.aligned(0.3, 0.15) == 0.15
+
+
+def test_a_reference_run_that_ends_a_moment_before_the_motion_is_followed_to_the_end():
+    model = lip_press(16, 10)
+    motion = path([0, 1], [[0, 0], [0, -0.2]])
+    rigid = followed(model, motion, increments=10)
+    times = np.array([0.0, *(c.state.time_s for c in rigid)])
+    times[-1] -= 3e-9  # as a table of nine digits has it
+    borne = Borne(times, np.vstack([np.zeros(3), pushes(rigid)]))
+    commits = carried(model, motion, Hand.yielding((1e-3, 1e-3, 1e-1), borne), 0.1)
+    assert commits[-1].state.time_s == pytest.approx(1.0, abs=1e-12)
+    assert len(commits) == len(rigid)
