@@ -46,6 +46,17 @@ class RigidPlacement:
     angle_rad: float
     shift_mm: tuple[float, float]
 
+    @classmethod
+    def turned_about(cls, point: ArrayLike, angle_rad: float) -> RigidPlacement:
+        """Return the placement of a body that is turned about a point (2,), mm.
+
+        >>> RigidPlacement.turned_about([1.0, 0.0], np.pi).apply([1.0, 0.0]).tolist()
+        [1.0, 0.0]
+        """
+        here = np.asarray(point, float)
+        x, y = (here - rotated(here, angle_rad)).tolist()
+        return cls(angle_rad, (x, y))
+
     def apply(self, points: ArrayLike) -> Array:
         """Return the positions of body points (..., 2), mm."""
         placed: Array = rotated(points, self.angle_rad) + np.asarray(self.shift_mm)

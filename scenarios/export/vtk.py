@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress
-from geometry2d.rigid import RigidPlacement
+from geometry2d.rigid import UNMOVED, RigidPlacement
 from scenarios.results.increment import SectionModel
-from scenarios.results.quantities import IN_NECK_FRAME
+from scenarios.results.quantities import IN_NECK_FRAME, JAW_HINGE, WITH_JAW
 from scenarios.results.solution import Snapshot, Solution
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -50,7 +50,10 @@ def export_vtk(run: Path, out: Path, *, progress: Progress = lambda share, text:
         for index, time in enumerate(solution.time_s):
             progress(index / solution.time_s.size, f"increment {index + 1}")
             frame = solution.snapshot(index)
-            texts = lips_vtu(solution.model, frame), rigid_vtu(solution.model, frame.placement)
+            texts = (
+                lips_vtu(solution.model, frame),
+                rigid_vtu(solution.model, frame.placement, frame.jaw),
+            )
             for part, (name, text) in enumerate(zip(("lips", "rigid"), texts, strict=True)):
                 file = f"{name}_{index:04d}.vtu"
                 (partial / file).write_text(text, encoding="ascii")
@@ -74,11 +77,14 @@ def lips_vtu(model: SectionModel, frame: Snapshot) -> str:
     )
 
 
-def rigid_vtu(model: SectionModel, neck: RigidPlacement) -> str:
+def rigid_vtu(model: SectionModel, neck: RigidPlacement, jaw: RigidPlacement = UNMOVED) -> str:
     """Return neck, teeth and jaws at one instant, as lines; cells are numbered by ``outline``."""
     lines, cells, start = [], [], 0
     for name, line in sorted(model.outlines.items()):
-        lines.append(neck.apply(line) if name in IN_NECK_FRAME else line)
+        if name == JAW_HINGE:
+            continue
+        placed = neck.apply(line) if name in IN_NECK_FRAME else line
+        lines.append(jaw.apply(line) if name in WITH_JAW and jaw != UNMOVED else placed)
         nodes = np.arange(start, start + len(line))
         cells.append(nodes if name in OPEN else np.append(nodes, start))
         start += len(line)

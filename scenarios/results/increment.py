@@ -40,7 +40,8 @@ class SectionModel:
     outlines
         polylines (k, 2), mm. In the neck frame ``upper_wall``, ``lower_wall`` and ``package``, what
         one sees of it from the side; in the head frame ``upper_tooth``, ``lower_tooth``,
-        ``upper_jaw``, ``lower_jaw`` and ``profile`` of the face. Any may be absent.
+        ``upper_jaw``, ``lower_jaw`` and ``profile`` of the face, the lower ones as the jaw is
+        built; ``jaw_hinge`` is one point, if the jaw turns. Any may be absent.
     """
 
     nodes: Array

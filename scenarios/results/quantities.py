@@ -7,6 +7,10 @@ from dataclasses import dataclass
 LIPS = ("upper", "lower")
 IN_NECK_FRAME = ("upper_wall", "lower_wall", "package")
 """The outlines of a model that move with the neck."""
+WITH_JAW = ("lower_tooth", "lower_jaw")
+"""Those that go with the lower jaw."""
+JAW_HINGE = "jaw_hinge"
+"""The point about which a jaw turns, among the outlines of a model whose jaw does."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.provided import Provided
-from geometry2d.rigid import RigidPlacement
+from geometry2d.rigid import UNMOVED, RigidPlacement
 from mocap.motion.motion import Motion
 from scenarios.results.fields import FieldsInMemory, FieldStore
 from scenarios.results.fields_file import FIELDS_FILE, FieldsOnDisk, read_contact, read_model
@@ -25,7 +25,13 @@ from scenarios.results.frames import data_set, history_table
 from scenarios.results.history_file import COLUMNS, HISTORY_FILE, as_written, read_history
 from scenarios.results.increment import Increment, LipContact, SectionModel, SolutionError
 from scenarios.results.integrity import checked_summary
-from scenarios.results.quantities import CONTACT_FIELDS, ELEMENT_FIELDS, HISTORY, Quantity
+from scenarios.results.quantities import (
+    CONTACT_FIELDS,
+    ELEMENT_FIELDS,
+    HISTORY,
+    JAW_HINGE,
+    Quantity,
+)
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.settings.names import nearest
 from scenarios.settings.scenario import Scenario, load_scenario
@@ -83,6 +89,8 @@ class Snapshot:
         When, s.
     placement, displacement, element
         As in :class:`Increment`.
+    jaw
+        Placement of the lower jaw, from where it is in the model.
     arc_mm, pressure_mpa
         By lip, (s,) places on its undeformed surface, and the contact pressures there.
     """
@@ -95,6 +103,7 @@ class Snapshot:
     element: Mapping[str, Array]
     arc_mm: Mapping[str, Array]
     pressure_mpa: Mapping[str, Array]
+    jaw: RigidPlacement = UNMOVED
 
     def plot(self, field: str = "von_mises", axes: Axes | None = None) -> Axes:
         """Draw the section in the head frame and return the axes, new ones of pyplot by default.
@@ -268,6 +277,7 @@ class Solution:
         return Snapshot(
             model=self.model,
             time_s=float(self.time_s[index]),
+            jaw=self._jaw_at(float(self.time_s[index])),
             placement=RigidPlacement(float(self.angle_rad[index]), (x, y)),
             displacement=self.fields.displacement(index),
             element=self.fields.element(index),
@@ -277,6 +287,14 @@ class Solution:
             },
         )
 
+    def _jaw_at(self, time_s: float) -> RigidPlacement:
+        hinge = self.model.outlines.get(JAW_HINGE)
+        jaw = None if hinge is None else self.scenario.head.jaw
+        if jaw is None or hinge is None:
+            return UNMOVED
+        turn_deg = jaw.opening_deg[0] - jaw.amplitude.at(time_s)
+        return RigidPlacement.turned_about(hinge[0], float(np.deg2rad(turn_deg)))
+
     def at(self, time_s: float) -> Snapshot:
         """Return the section at a time, s, linear between increments, constant beyond the ends."""
         after = int(np.clip(np.searchsorted(self.time_s, time_s), 1, max(self.time_s.size - 1, 1)))
@@ -284,7 +302,8 @@ class Solution:
             return self.snapshot(0)
         first, second = self.snapshot(after - 1), self.snapshot(after)
         weight = (time_s - first.time_s) / (second.time_s - first.time_s)
-        return _between(first, second, float(np.clip(weight, 0.0, 1.0)))
+        snapshot = _between(first, second, float(np.clip(weight, 0.0, 1.0)))
+        return replace(snapshot, jaw=self._jaw_at(snapshot.time_s))
 
     def to_dataframe(self) -> pd.DataFrame:
         """Return the histories as a pandas table; see :mod:`scenarios.results.frames`."""

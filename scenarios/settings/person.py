@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Literal
 
+from fem2d.loads.amplitude import Amplitude
 from geometry2d.anatomy.anthropometry import HeadMeasurements
 from geometry2d.anatomy.head import HeadSection, head_section
 from geometry2d.drawings.drawn_head import drawn_head
@@ -42,6 +43,16 @@ class Jaw:
             raise SettingError(
                 f"time_s = {list(self.time_s)} s: each instant must be later than the one before"
             )
+
+    @property
+    def turns(self) -> bool:
+        """Whether it ever does."""
+        return any(opening != self.opening_deg[0] for opening in self.opening_deg)
+
+    @property
+    def amplitude(self) -> Amplitude:
+        """Its opening, degrees, against time."""
+        return Amplitude(self.time_s, self.opening_deg)
 
 
 @dataclass(frozen=True)

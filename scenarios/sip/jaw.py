@@ -8,13 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem2d.loads.amplitude import Amplitude
-from geometry2d.rigid import RigidPlacement, rotated
+from geometry2d.rigid import RigidPlacement
 from scenarios.settings.person import Jaw
 
 Array = NDArray[np.float64]
-
-WITH_JAW = ("lower_tooth", "lower_jaw")
-"""Outlines of a model that go with the jaw."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +35,9 @@ class JawCourse:
     @classmethod
     def of(cls, jaw: Jaw, hinge_mm: Array) -> JawCourse | None:
         """Return the course of a jaw; None if it stays where it is."""
-        if all(opening == jaw.opening_deg[0] for opening in jaw.opening_deg):
+        if not jaw.turns:
             return None
-        return cls(Amplitude(jaw.time_s, jaw.opening_deg), jaw.opening_deg[0], hinge_mm)
+        return cls(jaw.amplitude, jaw.opening_deg[0], hinge_mm)
 
     def resting(self, time_s: float) -> JawCourse:
         """Return the course of a jaw that stays where it is at a time, s."""
@@ -49,5 +46,4 @@ class JawCourse:
     def __call__(self, time_s: float) -> RigidPlacement:
         """Return the placement of what goes with the jaw at a time, s."""
         turn = -float(np.deg2rad(self.opening_deg.at(time_s) - self.built_deg))
-        x, y = (self.hinge_mm - rotated(self.hinge_mm, turn)).tolist()
-        return RigidPlacement(turn, (x, y))
+        return RigidPlacement.turned_about(self.hinge_mm, turn)

@@ -31,7 +31,7 @@ from geometry2d.mesh import section_mesh
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import rotated
 from scenarios.results.increment import SectionModel
-from scenarios.results.quantities import LIPS
+from scenarios.results.quantities import JAW_HINGE, LIPS
 from scenarios.settings.scenario import Liquid, Muscle, Scenario, ScenarioError, Skin
 from scenarios.sip.jaw import JawCourse
 from scenarios.sip.lip_muscles import lip_muscles
@@ -335,6 +335,8 @@ class Lips:
                 "profile": self.head.profile,
             }.items()
         }
+        if self.jaw is not None:
+            turned[JAW_HINGE] = rotated(self.jaw.hinge_mm[None], head_angle_rad)
         walls = {wall: getattr(self.neck, wall).sampled(0.1) for wall in WALLS}
         walls["package"] = self.neck.silhouette
         return SectionModel(

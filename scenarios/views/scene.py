@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidPlacement
 from scenarios.results.increment import Integers, SectionModel
-from scenarios.results.quantities import ELEMENT_FIELDS, IN_NECK_FRAME
+from scenarios.results.quantities import ELEMENT_FIELDS, IN_NECK_FRAME, WITH_JAW
 from scenarios.results.solution import Snapshot, Solution
 
 Array = NDArray[np.float64]
@@ -179,6 +179,8 @@ class SectionArtists:
         self._neck = Affine2D()
         self._in_head = self._head + axes.transData
         self._in_neck = self._neck + self._in_head
+        self._jaw = Affine2D()
+        self._in_jaw = self._jaw + self._in_head
         self.artists: list[Artist] = []
         self._add_rigid_parts()
         names = np.array(model.region_names)[model.region]
@@ -227,6 +229,7 @@ class SectionArtists:
         """Move everything to where it is in a snapshot, with the head at ``head`` in the world."""
         _set_placement(self._head, head)
         _set_placement(self._neck, snapshot.placement)
+        _set_placement(self._jaw, snapshot.jaw)
         positions = self._model.nodes + snapshot.displacement
         self._bulk.set_path(_closed([positions[loop] for loop in self._bulk_loops]))
         self._edges.set_path(_closed([positions[loop] for loop in self._all_loops]))
@@ -250,6 +253,7 @@ class SectionArtists:
         for name, face, edge, order in RIGID_PARTS:
             if name in outlines:
                 transform = self._in_neck if name in IN_NECK_FRAME else self._in_head
+                transform = self._in_jaw if name in WITH_JAW else transform
                 self._add(_area([outlines[name]], face, edge), transform, order)
         for points in _outside(outlines.get("profile"), self._model):
             line = Line2D(*points.T, color=QUIET, lw=1.4, solid_capstyle="round")

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from geometry2d.foundation.output import OutputError
+from geometry2d.rigid import UNMOVED
 from scenarios.results.collector import SolutionCollector
 from scenarios.results.increment import Increment, SectionModel, SolutionError
 from scenarios.results.quantities import HISTORY
@@ -50,6 +51,30 @@ def collected(model: SectionModel, increments: list[Increment]) -> Solution:
         collector.commit(increment)
     scenario = load_scenario("A38-F")
     return collector.finish(scenario, finished=True, message="all of it", about={"elements": 7})
+
+
+def test_a_snapshot_knows_where_a_jaw_that_turns_is(
+    model: SectionModel, increments: list[Increment]
+) -> None:
+    still = collected(model, increments)
+    assert still.snapshot(3).jaw == UNMOVED
+    hinge = {"jaw_hinge": np.array([[11.0, 2.0]])}
+    turning = dataclasses.replace(
+        still,
+        model=dataclasses.replace(model, outlines={**model.outlines, **hinge}),
+        replayed=load_scenario(
+            "A38-F",
+            [
+                f"head.jaw.time_s=[{still.time_s[0]}, {still.time_s[-1]}]",
+                "head.jaw.opening_deg=[7.0, 10.0]",
+            ],
+        ),
+    )
+    assert turning.snapshot(0).jaw.angle_rad == 0.0
+    last, middle = turning.snapshot(-1).jaw, turning.at(float(still.time_s[[0, -1]].mean())).jaw
+    assert last.angle_rad == pytest.approx(np.deg2rad(-3.0))
+    assert middle.angle_rad == pytest.approx(np.deg2rad(-1.5))
+    assert last.apply([11.0, 2.0]) == pytest.approx([11.0, 2.0])
 
 
 def test_a_solution_in_memory_equals_the_one_on_disk(
