@@ -155,7 +155,11 @@ def prepared(
     if liquid is not None:
         lips = replace(lips, liquid=liquid)
     if activations is None:
-        activations = find_activations(lips, motion, start_s, threads=threads, progress=progress)
+        # What was seen of the lips was seen with the neck that was filmed.
+        with_filmed = replace(lips, neck=scenario.filmed_package.section())
+        activations = find_activations(
+            with_filmed, placed.motion, start_s, threads=threads, progress=progress
+        )
     if scenario.muscles is not None:
         known = {found.muscle: found.activation for found in activations}
         lips = replace(lips, activations=scenario.muscles.activations(start_s, known))

@@ -25,6 +25,8 @@ from scenarios.sip.activation import (
 )
 from scenarios.sip.clearance import MovingNeck, PathClearance
 from scenarios.sip.lip_model import Lips, without_neck
+from scenarios.sip.replay import prepared
+from tests.support.approach import approach
 
 HELD = ("muscle=false", "muscles.time_s=[0.3, 0.9, 2.7, 3.5]")
 LEVATOR = (*HELD, 'muscles.levator=[0.0, "auto", "auto", 0.0]')
@@ -147,3 +149,17 @@ def test_what_was_found_is_read_back_bit_for_bit(tmp_path):
     assert read_activations(file) is None
     write_activations(file, found)
     assert read_activations(file) == found
+
+
+@pytest.mark.slow
+def test_another_neck_does_not_change_what_was_seen_with_the_filmed_one():
+    filmed = load_scenario("A38-F", ["numerics.resolution=coarse"]).with_(
+        motion=approach(), muscles={"time_s": [0.8, 1.2], "depressor": ["auto", "auto"]}
+    )
+    ready = prepared(filmed)
+    (found,) = ready.activations
+    assert 0.0 < found.activation < 0.5
+    other = prepared(filmed.with_(package={"thread_diameter_mm": 40.0, "root_diameter_mm": 36.0}))
+    assert other.lips.neck.upper_wall.box != ready.lips.neck.upper_wall.box
+    assert other.activations == ready.activations
+    assert prepared(filmed, activations=ready.activations).activations == ready.activations
