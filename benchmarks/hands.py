@@ -1,6 +1,7 @@
 """A neck that is 2 mm off, carried by the film, by a hand that yields, and at equal force.
 
-    python -m benchmarks.hands --out DIR [--scenario A38-F] [--resolution coarse] [--modes same ...]
+    python -m benchmarks.hands --out DIR [--scenario A38-F] [--resolution coarse]
+        [--modes same ...] [--set contact.friction=0]
 
 Every run is kept in DIR: a call that was interrupted goes on where it was. The reference run is the
 scenario as it is. Errors of the forces are those of each lip's force along its mean direction in
@@ -10,6 +11,7 @@ the reference run, over the largest one there.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -28,9 +30,10 @@ def kept_run(scenario: Scenario, folder: Path) -> Solution:
     return solve(scenario, out=folder, resume=True)
 
 
-def reference_run(name: str, resolution: str, out: Path) -> Solution:
+def reference_run(name: str, resolution: str, out: Path, settings: Sequence[str] = ()) -> Solution:
     """Return the run of a scenario as it is, in ``out``; its motion is kept there."""
-    return kept_run(load_scenario(name, [f"numerics.resolution={resolution}"]), out / "reference")
+    scenario = load_scenario(name, [f"numerics.resolution={resolution}", *settings])
+    return kept_run(scenario, out / "reference")
 
 
 def largest_force_error(run: Solution, reference: Solution, lip: str) -> tuple[float, float]:
@@ -71,9 +74,10 @@ def main() -> None:
     parser.add_argument("--scenario", default="A38-F")
     parser.add_argument("--resolution", default="coarse")
     parser.add_argument("--modes", nargs="*", default=MODES, choices=MODES)
+    parser.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE")
     options = parser.parse_args()
     out: Path = options.out / options.resolution
-    reference = reference_run(options.scenario, options.resolution, out)
+    reference = reference_run(options.scenario, options.resolution, out, options.set)
     head = [
         "hand, shift",
         "ended",
@@ -91,6 +95,7 @@ def main() -> None:
                 f"numerics.resolution={options.resolution}",
                 f"motion.file={out / 'reference' / 'motion' / 'motion.csv'}",
                 f"placement.shift_{shift}",
+                *options.set,
             ]
             if mode != "recorded":
                 settings += [f"hand.mode={mode}", f"hand.reference={out / 'reference'}"]
