@@ -9,7 +9,7 @@ import argparse
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.support.killed_study import SIPS, killed_and_finished, table_of, undisturbed
+from tests.support.killed_study import killed_and_finished, table_of, undisturbed
 
 
 def main() -> None:
@@ -21,9 +21,9 @@ def main() -> None:
         killed, known = killed_and_finished(
             Path(folder) / "killed", kills=options.kills, seed=options.seed
         )
-        whole = undisturbed(Path(folder) / "whole")
+        whole = undisturbed(Path(folder) / "whole", len(killed.rows))
     same = table_of(killed) == table_of(whole)
-    print(f"killed {len(known)} times, when {known} of {SIPS} sips were there")
+    print(f"killed {len(known)} times, when {known} of {len(killed.rows)} sips were there")
     print(f"the table is {'the same' if same else 'ANOTHER'} as that of an undisturbed study")
 
 

@@ -49,6 +49,7 @@ FLOORS = (
     "scenarios.views.page",
     "scenarios.studies",
     "scenarios.campaign",
+    "scenarios.optimum",
     "scenarios.export",
     "scenarios.recordings",
     "scenarios.cli",

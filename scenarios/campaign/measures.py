@@ -32,6 +32,15 @@ HEADLINE = "lips_window_kpa_peak"
 MEANINGS = {quantity.name: quantity for quantity in HISTORY}
 
 
+MEASURES = (
+    HEADLINE,
+    *(f"{lip}_lip_{name}_{how}" for lip in LIPS for name in OF_A_LIP for how in ("peak", "mean")),
+    *(f"{lip}_lip_{name}" for lip in LIPS for name in ("impulse_ns", "seal_margin_kpa")),
+    *(f"{name}_peak" for name in (*OF_THE_SKIN, *OF_THE_HAND)),
+)
+"""All measures of a sip; those of a seal only where liquid is at the rim."""
+
+
 def felt_measures(history: Mapping[str, Array]) -> dict[str, float]:
     """Return the measures of a sip by name.
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from scenarios.cli.parser import Parser
 from scenarios.settings.files import split_setting
 from scenarios.settings.scenario import Scenario, load_scenario
-from scenarios.settings.tables import Table, keys_of, table_from
+from scenarios.settings.tables import SettingError, Table, keys_of, table_from
 from scenarios.settings.writing import about, toml_value
 
 
@@ -76,6 +76,28 @@ def add_out(parser: Parser) -> None:
     parser.add_argument(
         "--out", metavar="DIR", type=Path, required=True, help="directory for the results"
     )
+
+
+def add_workers(parser: Parser) -> None:
+    """Add where many sips are computed."""
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--workers",
+        metavar="N",
+        type=int,
+        help="processes of one thread each on this machine (default: all in this process)",
+    )
+    where.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="a Dask scheduler, e.g. tcp://host:8786, whose workers see the same files",
+    )
+
+
+def check_workers(options: Namespace) -> None:
+    """Raise :class:`SettingError` for a number of workers that is none."""
+    if options.workers is not None and options.workers < 1:
+        raise SettingError(f"--workers {options.workers}: give at least 1, or leave it out")
 
 
 def add_set(parser: Parser) -> None:

@@ -96,6 +96,11 @@ COMMANDS = (
         "drinksim study study.toml --out study --workers 2",
     ),
     Command(
+        "optimise",
+        "search the best dimensions of a neck for a panel of people",
+        "drinksim optimise optimum.toml --out optimum --workers 2",
+    ),
+    Command(
         "element",
         "pull and press one cube of a material, as in the thesis' section 3.1.1",
         "drinksim element L2-Ogden/dermis --mode uniaxial --out cube",

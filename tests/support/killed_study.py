@@ -15,21 +15,23 @@ from scenarios.campaign.engine import InProcess, opened_engine
 from scenarios.campaign.study import StudyOutcome, carried_out
 from tests.support.made_up_study import plan_of_factors, remembered
 
-SIPS = 40
 BUSY_S = 0.3
+SIPS_A_KILL = 6
+"""So many sips a study has for each time it is killed, so that it is never done before."""
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def made_up_outcome(folder: Path, workers: int | None) -> StudyOutcome:
+def made_up_outcome(folder: Path, sips: int, workers: int | None) -> StudyOutcome:
     """Carry out a study of slow formulas."""
-    plan = plan_of_factors([{"neck": "A", "number": n, "busy_s": BUSY_S} for n in range(SIPS)])
+    plan = plan_of_factors([{"neck": "A", "number": n, "busy_s": BUSY_S} for n in range(sips)])
     with opened_engine(workers=workers) as engine:
         return carried_out(plan, folder, engine, solver=remembered, progress=lambda s, t: None)
 
 
-def undisturbed(folder: Path) -> StudyOutcome:
+def undisturbed(folder: Path, sips: int) -> StudyOutcome:
     """Carry the same study out in this process, at once."""
-    plan = plan_of_factors([{"neck": "A", "number": n} for n in range(SIPS)])
+    plan = plan_of_factors([{"neck": "A", "number": n} for n in range(sips)])
     return carried_out(plan, folder, InProcess(), solver=remembered, progress=lambda s, t: None)
 
 
@@ -44,10 +46,11 @@ def killed_and_finished(folder: Path, *, kills: int, seed: int) -> tuple[StudyOu
         How many sips there were at each kill.
     """
     random = np.random.default_rng(seed)
+    sips = SIPS_A_KILL * kills
     known: list[int] = []
     for _ in range(kills):
         process = subprocess.Popen(
-            [sys.executable, "-m", "tests.support.killed_study", str(folder)],
+            [sys.executable, "-m", "tests.support.killed_study", str(folder), str(sips)],
             cwd=ROOT,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -62,7 +65,7 @@ def killed_and_finished(folder: Path, *, kills: int, seed: int) -> tuple[StudyOu
         os.kill(process.pid, signal.SIGKILL)
         process.wait()
         known.append(rows_in(folder))
-    return made_up_outcome(folder, None), known
+    return made_up_outcome(folder, sips, None), known
 
 
 def table_of(outcome: StudyOutcome) -> list[dict[str, object]]:
@@ -76,4 +79,4 @@ def rows_in(folder: Path) -> int:
 
 
 if __name__ == "__main__":
-    made_up_outcome(Path(sys.argv[1]), 2)
+    made_up_outcome(Path(sys.argv[1]), int(sys.argv[2]), 2)

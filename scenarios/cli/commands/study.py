@@ -6,7 +6,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from geometry2d.foundation.progress import progress_line
-from scenarios.cli.options import add_out
+from scenarios.cli.options import add_out, add_workers, check_workers
 from scenarios.cli.parser import NOT_FINISHED, Parser, complain
 
 
@@ -14,18 +14,7 @@ def arguments(parser: Parser) -> None:
     """Add what the command takes."""
     parser.add_argument("study", metavar="STUDY", type=Path, help="a study file (TOML)")
     add_out(parser)
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument(
-        "--workers",
-        metavar="N",
-        type=int,
-        help="processes of one thread each on this machine (default: all in this process)",
-    )
-    where.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="a Dask scheduler, e.g. tcp://host:8786, whose workers see the same files",
-    )
+    add_workers(parser)
     parser.add_argument(
         "--resume",
         action="store_true",
@@ -42,8 +31,7 @@ def run(options: Namespace) -> int:
     """Do it and return the exit code."""
     from scenarios.campaign.run import dry_run, dry_run_message, run_study, study_message
 
-    if options.workers is not None and options.workers < 1:
-        return complain(f"--workers {options.workers}: give at least 1, or leave it out")
+    check_workers(options)
     if options.dry_run:
         with progress_line("study") as progress:
             found = dry_run(options.study, options.out, workers=options.workers, progress=progress)

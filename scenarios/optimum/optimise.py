@@ -1,0 +1,270 @@
+"""The best dimensions of a neck for a panel of people."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geometry2d.drawings.neck_file import write_neck
+from geometry2d.foundation.output import file_at_once
+from geometry2d.foundation.progress import ProgressOption, chosen_progress
+from geometry2d.neck import neck_section
+from scenarios.campaign.engine import Engine, opened_engine
+from scenarios.campaign.messages import is_lower_gentler, meaning
+from scenarios.campaign.plan import planned
+from scenarios.campaign.sip import WHOLE, solved_sip
+from scenarios.campaign.study import Solver, carried_out, study_directory
+from scenarios.campaign.table import Row, check_tables, write_csv
+from scenarios.campaign.variation import StudyError
+from scenarios.optimum.search import (
+    JOURNAL_FILE,
+    ImpossibleError,
+    SearchSpace,
+    Trial,
+    TrialResult,
+    Values,
+    front,
+    searched,
+)
+from scenarios.optimum.settings import (
+    CLOSURES,
+    OptimumSettings,
+    optimum_from,
+    read_optimum,
+)
+from scenarios.results.quantities import LIPS
+from scenarios.settings.writing import toml_value
+
+TRIALS_FILE = "trials.csv"
+BEST = "best"
+SETTINGS_RECORD = "optimum.json"
+
+LEAST_WHOLE = 0.75
+"""Share of the people whose sip has to be replayed to its end for a neck to count."""
+
+DIGITS = 4
+"""Significant digits of a proposed measurement; a micrometre is more than a mould keeps."""
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """What a search found.
+
+    Attributes
+    ----------
+    settings
+        Of the optimisation.
+    trials
+        All that were tried.
+    best
+        Those that nothing feasible beats: one, or a Pareto front of several objectives.
+    folder
+        Where drawings and scenario files of the best are.
+    """
+
+    settings: OptimumSettings
+    trials: tuple[Trial, ...]
+    best: tuple[Trial, ...]
+    folder: Path
+
+
+def optimise(
+    settings: OptimumSettings | Mapping[str, Any] | Path | str,
+    out: Path | str,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    solver: Solver = solved_sip,
+    progress: ProgressOption = None,
+) -> Optimum:
+    """Search the best dimensions of a neck and return what was found.
+
+    Parameters
+    ----------
+    settings
+        A file, or what a file holds.
+    out
+        The directory of journal, sips, table, and drawings of the best necks.
+    workers, scheduler, resume, progress
+        As of :func:`scenarios.campaign.run.run_study`.
+    solver
+        Computes a sip.
+
+    Raises
+    ------
+    DrinksimError
+        If the settings contradict themselves, or ``out`` holds something else.
+    """
+    wanted, folder = _settings_of(settings), Path(out)
+    check_tables()
+    space = SearchSpace(wanted.bounds, len(wanted.objectives), wanted.search.seed)
+    with (
+        chosen_progress(progress, f"optimise {wanted.study.name}") as show,
+        study_directory(wanted.study, folder, resume=resume),
+        opened_engine(
+            workers=workers, scheduler=scheduler, memory_mb=wanted.study.limits.memory_mb
+        ) as engine,
+    ):
+        _keep_settings(wanted, folder)
+
+        def evaluate(values: Values) -> TrialResult:
+            return _evaluated(wanted, values, folder, engine, solver)
+
+        def after(trial: Trial) -> None:
+            share = trial.number / wanted.search.trials
+            show(share, f"{trial.number} of {wanted.search.trials} necks")
+
+        trials = searched(
+            space, evaluate, trials=wanted.search.trials, journal=folder / JOURNAL_FILE, after=after
+        )
+        found = Optimum(wanted, trials, front(trials), folder)
+        _write(found)
+    return found
+
+
+def _settings_of(settings: OptimumSettings | Mapping[str, Any] | Path | str) -> OptimumSettings:
+    if isinstance(settings, OptimumSettings):
+        return settings
+    if isinstance(settings, Mapping):
+        return optimum_from(settings, folder=Path.cwd(), name="optimum")
+    return read_optimum(Path(settings))
+
+
+def _keep_settings(wanted: OptimumSettings, folder: Path) -> None:
+    """Keep what a journal belongs to; refuse another one's."""
+    record = {
+        "neck": wanted.neck,
+        "bounds": {name: list(ends) for name, ends in wanted.bounds.items()},
+        "objectives": list(wanted.objectives),
+        "constraints": str(wanted.constraints),
+        "seed": wanted.search.seed,
+        "version": version("drinksim"),
+    }
+    file = folder / SETTINGS_RECORD
+    if file.is_file() and json.loads(file.read_text(encoding="utf-8")) != record:
+        raise StudyError(f"{folder} holds another optimisation: give another --out")
+    with file_at_once(file) as partial:
+        partial.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+
+
+def rounded(values: Values) -> dict[str, float]:
+    """Return values with as many digits as a drawing states.
+
+    >>> rounded({"rim_radius_mm": 0.612345})
+    {'rim_radius_mm': 0.6123}
+    """
+    return {name: float(f"{value:.{DIGITS}g}") for name, value in values.items()}
+
+
+def _evaluated(
+    wanted: OptimumSettings, values: Values, folder: Path, engine: Engine, solver: Solver
+) -> TrialResult:
+    """Let the panel drink from the neck of some values."""
+    tried = rounded(values)
+    measurements = wanted.measurements(tried)
+    try:
+        neck_section(measurements)
+        study = replace(wanted.study, necks=({"name": "tried", **package_of(wanted, tried)},))
+        plan = planned(study, folder, _silent)
+    except ImpossibleError:
+        raise
+    except ValueError as error:
+        raise ImpossibleError(str(error)) from error
+    result = carried_out(plan, folder, engine, solver=solver, progress=_silent)
+    whole = [row for row in result.rows if row["status"] == WHOLE]
+    if len(whole) < LEAST_WHOLE * len(result.rows):
+        reason = next(row["reason"] for row in result.rows if row["status"] != WHOLE)
+        raise ImpossibleError(f"only {len(whole)} of {len(result.rows)} drink from it: {reason}")
+    return TrialResult(
+        tuple(_mean(whole, name) * _sign(name) for name in wanted.objectives),
+        _violations(wanted, whole),
+    )
+
+
+def package_of(wanted: OptimumSettings, values: Values) -> dict[str, Any]:
+    """Return the keys of ``[package]`` of the neck of some values."""
+    fixed = CLOSURES.get(wanted.constraints.closure or "", {})
+    return {"neck": wanted.neck, **fixed, **values}
+
+
+def _sign(measure: str) -> float:
+    return 1.0 if is_lower_gentler(measure) else -1.0
+
+
+def _mean(rows: Sequence[Row], measure: str) -> float:
+    if any(measure not in row for row in rows):
+        raise StudyError(f"objective {measure} is not measured in these sips: it needs [liquid]")
+    return float(np.mean([row[measure] for row in rows]))
+
+
+def _violations(wanted: OptimumSettings, rows: Sequence[Row]) -> dict[str, float]:
+    least = wanted.constraints.least_seal_kpa
+    if least is None:
+        return {}
+    return {
+        f"seal of the {lip} lip": least - _mean(rows, f"{lip}_lip_seal_margin_kpa") for lip in LIPS
+    }
+
+
+def _silent(share: float, text: str) -> None:
+    pass
+
+
+def _write(found: Optimum) -> None:
+    """Write the table of the trials, and drawings and scenario files of the best."""
+    wanted = found.settings
+    rows = [
+        {
+            "trial": trial.number,
+            **rounded(trial.values),
+            **{
+                name: value * _sign(name)
+                for name, value in zip(wanted.objectives, trial.evaluation.objectives, strict=True)
+            },
+            "feasible": trial.evaluation.is_feasible,
+            "best": trial in found.best,
+        }
+        for trial in found.trials
+    ]
+    write_csv(rows, found.folder / TRIALS_FILE)
+    for trial in found.best:
+        values = rounded(trial.values)
+        place = found.folder / BEST / f"trial-{trial.number:03d}"
+        place.parent.mkdir(parents=True, exist_ok=True)
+        section = neck_section(wanted.measurements(values))
+        for ending in (".dxf", ".svg"):
+            write_neck(section, place.with_suffix(ending))
+        lines = [f"{key} = {toml_value(v)}" for key, v in package_of(wanted, values).items()]
+        base = wanted.study.base
+        there = wanted.study.folder / base
+        named = str(there) if there.is_file() else base
+        text = "\n".join([f"base = {toml_value(named)}", "", "[package]", *lines, ""])
+        with file_at_once(place.with_suffix(".toml")) as partial:
+            partial.write_text(text, encoding="utf-8")
+
+
+def optimum_message(found: Optimum) -> str:
+    """Return what a search found, in lines."""
+    wanted = found.settings
+    if not found.best:
+        return f"{found.folder}: none of {len(found.trials)} necks meets every constraint"
+    lines = [
+        f"{found.folder}: {TRIALS_FILE}, and drawings and scenario files in {BEST}/; "
+        f"{len(found.trials)} necks were tried"
+    ]
+    for trial in found.best:
+        values = ", ".join(f"{name} = {value:g}" for name, value in rounded(trial.values).items())
+        results = ", ".join(
+            f"{name} {value * _sign(name):.4g}"
+            for name, value in zip(wanted.objectives, trial.evaluation.objectives, strict=True)
+        )
+        lines.append(f"  trial {trial.number}: {values}: {results}")
+    lines.append("  " + "; ".join(f"{name}: {meaning(name)}" for name in wanted.objectives))
+    return "\n".join(lines)
