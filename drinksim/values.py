@@ -13,11 +13,12 @@ from scenarios.results.solution import (
     HistoryPlot,
     NotebookMarkup,
     SnapshotPlot,
-    Solution,
 )
-from scenarios.settings.scenario import SOLVER, Scenario, Solver, library_names, load_scenario
-
-__all__ = ["Scenario", "Solution", "library_names", "load_scenario"]
+from scenarios.results.solution import Solution as Solution
+from scenarios.settings.scenario import SOLVER, Solver
+from scenarios.settings.scenario import Scenario as Scenario
+from scenarios.settings.scenario import library_names as library_names
+from scenarios.settings.scenario import load_scenario as load_scenario
 
 
 @SOLVER.loaded_by
