@@ -36,10 +36,12 @@ def animate(
     out: Path,
     *,
     beside_video: bool = False,
+    over_video: bool = False,
+    at: float | None = None,
     field: str = "von_mises_mpa",
     progress: Progress = lambda share, text: None,
 ) -> None:
-    """Show a run directory as a film or as six frames, by the ending of ``out``.
+    """Show a run directory as a film, as six frames or at one instant, by the ending of ``out``.
 
     Parameters
     ----------
@@ -49,14 +51,17 @@ def animate(
         a file that ends in ``.mp4`` (H.264), ``.gif`` or ``.png``.
     beside_video
         put the recording next to the model.
+    over_video
+        lay the model over the recording, where it was in it.
+    at
+        show this instant alone, relative time from 0 to 1; ``out`` is a ``.png`` then.
     field
         what the dermis is coloured by, one of :data:`scenarios.views.scene.SHOWN`.
 
     Raises
     ------
     DrinksimError
-        If the run lacks what is to be shown or the ending is
-        not one of the three.
+        If the run lacks what is to be shown, or the ending or the instant cannot be.
     """
     writers: dict[str, Callable[[RunView, Path, Progress], None]] = {
         ".mp4": _write_mp4,
@@ -66,10 +71,24 @@ def animate(
     ending = out.suffix.lower()
     if ending not in writers:
         raise RunViewError(f"--out {out} must end in one of {', '.join(writers)}")
+    if at is not None and ending != ".png":
+        raise RunViewError(f"--out {out} must end in .png: --at shows one instant")
+    if at is not None and not 0.0 <= at <= 1.0:
+        raise RunViewError(f"--at {at:g} must lie between 0, the start of the sip, and 1, its end")
     check_writable(out)
-    run_view = RunView.of(run, field=field, beside_video=beside_video)
+    run_view = RunView.of(run, field=field, beside_video=beside_video, over_video=over_video)
     with file_at_once(out) as partial:
-        writers[ending](run_view, partial, progress)
+        if at is None:
+            writers[ending](run_view, partial, progress)
+        else:
+            _write_instant(run_view, at, partial)
+
+
+def _write_instant(run_view: RunView, at: float, out: Path) -> None:
+    start, end = run_view.solution.time_s[[0, -1]]
+    times = np.array([start + at * (end - start)])
+    (picture,) = film_frames(run_view, times, lambda share, text: None)
+    Pillow.fromarray(picture).save(out)
 
 
 def film_frames(run_view: RunView, times_s: Array, progress: Progress) -> Iterator[Image]:
@@ -88,25 +107,34 @@ class _Stage:
         figure = Figure(figsize=(WIDTH / DPI, HEIGHT / DPI), dpi=DPI, facecolor=PAPER)
         # matplotlib's canvas has no annotations.
         self._figure, self._canvas = figure, cast(Any, FigureCanvasAgg(figure))
-        beside = run_view.recording is not None
+        filmed, over = run_view.recording is not None, run_view.over_video
         margin, top, height = 16, 52, 462
-        width = (WIDTH - 3 * margin) // 2 if beside else WIDTH - 2 * margin
-        self._model = ModelPanel(figure, (WIDTH - margin - width, top, width, height), run_view)
+        width = (WIDTH - 3 * margin) // 2 if filmed and not over else WIDTH - 2 * margin
+        at_right = (WIDTH - margin - width, top, width, height)
         self._recording = (
-            RecordingPanel(figure, (margin, top, width, height), run_view, aspect=width / height)
-            if beside
+            RecordingPanel(
+                figure,
+                at_right if over else (margin, top, width, height),
+                run_view,
+                aspect=width / height,
+                whole_window=over,
+            )
+            if filmed
             else None
+        )
+        label = "model over the recording" if over else "model"
+        self._model = ModelPanel(
+            figure, at_right, run_view, label=label, names=True, closer=True, faded=over
         )
         _heading(figure, run_view, margin)
         self._clock = figure.text(
             1 - margin / WIDTH, 1 - 34 / HEIGHT, "", size=15, ha="right", color=INK
         )
-        self._strip = HistoryStrip(figure, (78, 544, 760, 126), run_view.solution, size=11)
+        self._strip = HistoryStrip(figure, (78, 556, 760, 116), run_view.solution, size=11)
         bars = ((900, 562, 330, 12), (900, 640, 330, 12))
         colour_bars(figure, self._model.scene, run_view, bars, size=11)
-        moving = [*self._model.artists, *self._strip.artists, self._clock]
-        if self._recording is not None:
-            moving += self._recording.artists
+        moving = [] if self._recording is None else list(self._recording.artists)
+        moving += [*self._model.artists, *self._strip.artists, self._clock]
         self._moving: list[Artist] = moving
         for artist in moving:
             artist.set_animated(True)
@@ -145,7 +173,7 @@ def telling_times(solution: Solution, count: int) -> Array:
     first, last = times[[0, -1]]
     reach = 0.06 * (last - first)
     low, high = solution.time_s[[0, -1]]
-    return np.asarray(np.clip(np.linspace(first - reach, last + reach, count), low, high), float)
+    return np.linspace(max(first - reach, low), min(last + reach, high), count)
 
 
 def _write_mp4(run_view: RunView, out: Path, progress: Progress) -> None:
@@ -165,14 +193,15 @@ def _write_gif(run_view: RunView, out: Path, progress: Progress) -> None:
 
 
 def _write_sheet(run_view: RunView, out: Path, progress: Progress) -> None:
-    """Write six frames in a row: the recording above, the model below, histories under both."""
+    """Write six frames in a row: recording, model, and histories with each instant under it."""
     beside = run_view.recording is not None
     margin, cell, top, caption = 14, 388, 64, 30
     film_high, model_high, strip_high = (292 if beside else 0), 340, 150
     model_top = top + caption + (film_high + margin if beside else 0)
     width = SHEET_FRAMES * (cell + margin) + margin
-    strip_top = model_top + model_high + 52
-    height = strip_top + strip_high + 56
+    strip_top = model_top + model_high + 64
+    bars_top = strip_top + strip_high + 86
+    height = bars_top + 62
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=PAPER)
     canvas = cast(Any, FigureCanvasAgg(figure))
     _heading(figure, run_view, margin)
@@ -197,14 +226,18 @@ def _write_sheet(run_view: RunView, out: Path, progress: Progress) -> None:
             (left, model_top, cell, model_high),
             run_view,
             label="model" if column == 0 else "",
+            names=column == 0,
         )
         model.show(run_view.solution.at(float(time)), run_view.head.at(float(time)))
+    left, right = 78.0, float(width - margin)
     strip = HistoryStrip(
-        figure, (78, strip_top, 0.62 * width, strip_high), run_view.solution, size=13
+        figure, (left, strip_top, right - left, strip_high), run_view.solution, size=13
     )
     strip.mark([float(time) for time in times], size=13)
-    left = 0.72 * width
-    bars = ((left, strip_top + 20, 520, 14), (left, strip_top + 104, 520, 14))
+    middle_px = margin + cell / 2
+    s_per_px = (times[-1] - times[0]) / ((SHEET_FRAMES - 1) * (cell + margin))
+    strip.axes.set_xlim(times[0] + s_per_px * (np.array([left, right]) - middle_px))
+    bars = ((left, bars_top, 700, 14), (left + 900, bars_top, 700, 14))
     colour_bars(figure, model.scene, run_view, bars, size=13)
     canvas.draw()
     Pillow.fromarray(np.array(canvas.buffer_rgba())[..., :3]).save(out)
@@ -226,7 +259,7 @@ def _heading(figure: Figure, run_view: RunView, left_px: float) -> None:
         figure.text(
             (left_px + name.get_window_extent().width + 16) / width,
             1 - 34 / height,
-            f"unfinished: {run_view.solution.summary['sentence']}",
+            f"unfinished: stopped at {run_view.solution.time_s[-1]:.2f} s",
             size=12,
             color=QUIET,
         )

@@ -14,13 +14,13 @@ from matplotlib.backend_bases import RendererBase
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.rigid import RigidPlacement
 from scenarios.results.solution import Snapshot, Solution
 from scenarios.views.filmed import Crop, Image
+from scenarios.views.labels import HALO, Closer, PartLabels
 from scenarios.views.run_view import RunView, Window
 from scenarios.views.scene import INK, LOWER, PAPER, QUIET, UPPER, SectionArtists
 
@@ -31,7 +31,8 @@ LIP_PRESSURES = (
     ("upper_lip_pressure_kpa", "upper lip", UPPER),
     ("lower_lip_pressure_kpa", "lower lip", LOWER),
 )
-HALO = (withStroke(linewidth=3, foreground="white"),)
+CLOSER_SHARE = 0.36
+"""Side of the closer look over the height of the panel that it lies in."""
 
 
 def axes_at(figure: Figure, place: Place) -> Axes:
@@ -45,7 +46,15 @@ class ModelPanel:
     """The model in the world, with its name and a scale bar."""
 
     def __init__(
-        self, figure: Figure, place: Place, run_view: RunView, *, label: str = "model"
+        self,
+        figure: Figure,
+        place: Place,
+        run_view: RunView,
+        *,
+        label: str = "model",
+        names: bool = False,
+        closer: bool = False,
+        faded: bool = False,
     ) -> None:
         self.axes = _framed(axes_at(figure, place))
         window = run_view.window(place[2] / place[3])
@@ -54,13 +63,32 @@ class ModelPanel:
         self.scene = SectionArtists(
             self.axes, run_view.solution.snapshot(0), run_view.shown, run_view.limits
         )
+        if faded:
+            self.scene.fade()
         self.artists: list[Artist] = [*self.scene.artists, *_scale_bar(self.axes, window)]
         if label:
             self.artists.append(_label(self.axes, label))
+        self._names = PartLabels(self.axes, size=11) if names else None
+        self.artists += self._names.artists if self._names else []
+        self._closer = _closer(figure, place, run_view) if closer else None
+        self.artists += self._closer.artists if self._closer else []
 
     def show(self, snapshot: Snapshot, head: RigidPlacement) -> None:
         """Show the model at one instant, with the head at ``head`` in the world."""
-        self.scene.show(snapshot, head)
+        for part in (self.scene, self._names, self._closer):
+            if part is not None:
+                part.show(snapshot, head)
+
+
+def _closer(figure: Figure, place: Place, run_view: RunView) -> Closer:
+    """Return a closer look at what is pressed most, in the lower right corner of a panel."""
+    left, top, width, height = place
+    side = CLOSER_SHARE * height
+    corner = (left + width - side - 8, top + height - side - 8, side, side)
+    axes = _framed(axes_at(figure, corner))
+    axes.set_zorder(3)
+    closer = Closer.on(axes, run_view.solution, run_view.shown, run_view.limits)
+    return closer
 
 
 class Picture(Artist):
@@ -97,12 +125,14 @@ class RecordingPanel:
         *,
         aspect: float,
         label: str | None = None,
+        whole_window: bool = False,
     ) -> None:
         self.axes = _framed(axes_at(figure, place))
         self._size = (round(place[2]), round(place[3]))
         self._run_view = run_view
         self._aspect = aspect
-        self._crop: Crop | None = None
+        self._crop = run_view.window_px(aspect) if whole_window else None
+        title = "" if whole_window else run_view.recording_title
         self.axes.set_xlim(0.0, self._size[0])
         self.axes.set_ylim(self._size[1], 0.0)
         blank = np.full((self._size[1], self._size[0], 3), 235, np.uint8)
@@ -111,7 +141,7 @@ class RecordingPanel:
         self.axes.add_artist(self._image)
         self._outline = Rectangle((0, 0), 0, 0, fill=False, ec="white", lw=1.6, visible=False)
         self.axes.add_patch(self._outline)
-        title = label if label is not None else run_view.recording_title
+        title = label if label is not None else title
         self.artists: list[Artist] = [self._image, self._outline]
         if title:
             self.artists.append(_label(self.axes, title))
@@ -141,6 +171,32 @@ class RecordingPanel:
             self._outline.set_visible(True)
 
 
+VALUE_POINTS = 62.0
+"""Room of a written pressure, points."""
+
+
+def relative_axis(axes: Axes, start_s: float, end_s: float, *, size: float) -> None:
+    """Give axes whose x is time, s, a second axis above: 0 at the start of a replay, 1 at its end.
+
+    An only instant has none.
+    """
+    if end_s <= start_s:
+        return
+    span = end_s - start_s
+
+    def to_relative(time_s: ArrayLike) -> Array:
+        return (np.asarray(time_s, float) - start_s) / span
+
+    def to_seconds(share: ArrayLike) -> Array:
+        return start_s + np.asarray(share, float) * span
+
+    above = axes.secondary_xaxis("top", functions=(to_relative, to_seconds))
+    above.set_ticks(np.linspace(0.0, 1.0, 6))
+    above.tick_params(labelsize=size, colors=QUIET, length=3, pad=1)
+    above.spines["top"].set_color(QUIET)
+    above.set_xlabel("relative time", size=size, color=QUIET, labelpad=2)
+
+
 class HistoryStrip:
     """Pressure on both lips against time, with a cursor."""
 
@@ -154,6 +210,7 @@ class HistoryStrip:
         axes.set_ylim(0.0, 1.3 * highest or 1.0)  # room for the legend above the curves
         axes.set_xlim(start, end if end > start else start + 1.0)
         axes.set_xlabel("time, s", size=size, color=INK, labelpad=2)
+        relative_axis(axes, start, end, size=size - 2)
         axes.set_ylabel("lip pressure, kPa", size=size, color=INK)
         axes.yaxis.set_major_locator(MaxNLocator(4))
         axes.tick_params(labelsize=size, colors=INK, length=3)
@@ -172,18 +229,17 @@ class HistoryStrip:
         self._values = [
             axes.annotate(
                 "",
-                (start, 0.0),
-                xytext=(9, 0),
+                (1.0, 1.0),
+                xycoords="axes fraction",
+                xytext=(-VALUE_POINTS * (len(self._curves) - 1 - number), -2),
                 textcoords="offset points",
-                va="center",
+                ha="right",
+                va="top",
                 size=size,
                 weight="bold",
                 color=colour,
-                path_effects=HALO,
-                zorder=5,
-                annotation_clip=False,
             )
-            for _, colour in self._curves
+            for number, (_, colour) in enumerate(self._curves)
         ]
         self.artists: list[Artist] = [self._line, *self._dots, *self._values]
 
@@ -193,25 +249,24 @@ class HistoryStrip:
         for dot, text, (output, _) in zip(self._dots, self._values, self._curves, strict=True):
             value = output.at(time_s)
             dot.set_data([time_s], [value])
-            text.xy = (time_s, value)
-            text.set_text(f"{value:.0f}" if value >= 0.5 else "")
+            text.set_text(f"{value:.0f} kPa")
 
     def mark(self, times_s: Sequence[float], *, size: float) -> None:
         """Mark instants, s, by number, instead of the cursor."""
         for artist in self.artists:
             artist.set_visible(False)
-        top = self.axes.get_ylim()[1]
         for number, time in enumerate(times_s, start=1):
             self.axes.axvline(time, color=QUIET, lw=1.0, ls=(0, (3, 3)), zorder=0)
             self.axes.annotate(
                 f"{number}",
-                (time, top),
-                xytext=(0, 4),
+                (time, 0.0),
+                xytext=(3, 3),
                 textcoords="offset points",
                 size=size,
                 color=INK,
-                ha="center",
+                ha="left",
                 va="bottom",
+                path_effects=HALO,
             )
 
 
@@ -230,16 +285,20 @@ def colour_bars(
         (scene.element_colours, shown.title + unit, run_view.limits[0]),
         (scene.pressure_colours, "contact pressure, kPa", run_view.limits[1]),
     )
-    for (colours, title, highest), place in zip(bars, places, strict=True):
+    for (colours, title, highest), place, largest in zip(
+        bars, places, run_view.largest, strict=True
+    ):
         axes = axes_at(figure, place)
         bar = figure.colorbar(colours, cax=axes, orientation="horizontal")
         lowest = colours.get_clim()[0] or 0.0
         bar.set_ticks(
-            [lowest, highest / 2, highest], labels=["0", f"{highest / 2:g}", f"≥ {highest:g}"]
+            [lowest, highest / 2, highest],
+            labels=["0", f"{highest / 2:g}", f"{'≥ ' if largest > highest else ''}{highest:g}"],
         )
         bar.outline.set_visible(False)
         axes.tick_params(labelsize=size, colors=INK, length=3, pad=2)
-        axes.set_title(title, size=size, color=INK, loc="left", pad=4)
+        most = f"{largest:.2g}" if largest < 1 else f"{largest:.0f}"
+        axes.set_title(f"{title}: up to {most}", size=size, color=INK, loc="left", pad=4)
 
 
 def _framed(axes: Axes) -> Axes:

@@ -17,7 +17,7 @@ from scenarios.results.solution import Solution, loaded
 from scenarios.settings.names import nearest
 from scenarios.settings.scenario import Recording
 from scenarios.views.filmed import Crop, Image, picture_scale, pictures_at
-from scenarios.views.scene import SHOWN, Shown, colour_limits, touched_points
+from scenarios.views.scene import SHOWN, Shown, colour_limits, largest_values, touched_points
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,8 @@ class RunView:
     """A run, how the head moved, the recording if it is shown, and what the colours mean.
 
     ``limits`` are the largest values of the colours: of ``shown`` in its unit, and of the contact
-    pressure, kPa. ``scale`` is None where the run does not hold its recording's tracks.
+    pressure, kPa; ``largest`` are those of the run. ``over_video`` lays the model over the
+    recording instead of beside it. ``scale`` is None where the run lacks its recording's tracks.
     """
 
     name: str
@@ -52,12 +53,16 @@ class RunView:
     head: RigidMotion
     shown: Shown
     limits: tuple[float, float]
+    largest: tuple[float, float]
     recording: Recording | None
     rendered: bool
     scale: PictureScale | None
+    over_video: bool = False
 
     @classmethod
-    def of(cls, run: Solution | Path, *, field: str, beside_video: bool) -> RunView:
+    def of(
+        cls, run: Solution | Path, *, field: str, beside_video: bool, over_video: bool = False
+    ) -> RunView:
         """Return the view of a solution or of a run directory.
 
         Raises
@@ -69,20 +74,31 @@ class RunView:
             raise RunViewError(f"no field {field!r} to show: {nearest(field, SHOWN)}")
         solution = loaded(run)
         scenario, motion = solution.scenario, solution.motion
-        if beside_video and scenario.recording is None:
-            raise RunViewError(f"{solution!r} has no recording: leave out --beside-video")
-        recording = scenario.recording if beside_video else None
+        if beside_video and over_video:
+            raise RunViewError("--beside-video and --over-video exclude each other: give one")
+        option = "--over-video" if over_video else "--beside-video"
+        filmed = beside_video or over_video
+        if filmed and scenario.recording is None:
+            raise RunViewError(f"{solution!r} has no recording: leave out {option}")
+        recording = scenario.recording if filmed else None
         tracks = None if solution.folder is None else solution.folder / "motion" / "tracks.csv"
         shown = SHOWN[field]
+        scale = picture_scale(motion, tracks) if recording else None
+        if over_video and scale is None:
+            raise RunViewError(
+                f"{solution!r} lacks the tracks of its recording: leave out {option}"
+            )
         return cls(
             name=scenario.name,
             solution=solution,
             head=motion.head,
             shown=shown,
             limits=colour_limits(solution, shown),
+            largest=largest_values(solution, shown),
             recording=recording,
             rendered=recording is not None and read_markers(recording.markers).rendered,
-            scale=picture_scale(motion, tracks) if recording else None,
+            scale=scale,
+            over_video=over_video,
         )
 
     @property

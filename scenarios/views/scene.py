@@ -64,6 +64,12 @@ RIGID_PARTS = (
     ("lower_wall", NECK, NECK_EDGE, 6),
 )
 
+FADED = 0.55
+"""Opacity of a section that is laid over a recording."""
+
+BAND_MM = 8.0
+"""How far the highest pressure of the colours stands off the skin."""
+
 # A T6 triangle as the polygon of its six nodes, in order around it.
 AROUND = [0, 3, 1, 4, 2, 5]
 
@@ -134,6 +140,7 @@ class SkinLine:
         steps = np.hypot(*np.diff(model.nodes[self.nodes], axis=0).T)
         self._node_arc = np.concatenate([[0.0], np.cumsum(steps)])
         self.arc_mm = arc_mm
+        self.outward = _outward(model, edges[0])
 
     def between(self) -> tuple[Integers, Array]:
         """Return between which of the line's nodes the contact points are.
@@ -152,6 +159,24 @@ class SkinLine:
             [np.interp(self.arc_mm, self._node_arc, along[:, axis]) for axis in (0, 1)]
         )
 
+    def band(self, points: Array, heights_mm: Array) -> Array:
+        """Return quads (s - 1, 4, 2) that stand off the line through ``points`` (s, 2)."""
+        along = np.gradient(points, axis=0)
+        along /= np.maximum(np.hypot(*along.T), 1e-12)[:, None]
+        normal = self.outward * np.column_stack([-along[:, 1], along[:, 0]])
+        tips = points + heights_mm[:, None] * normal
+        return np.stack([points[:-1], tips[:-1], tips[1:], points[1:]], axis=1)
+
+
+def _outward(model: SectionModel, edge: Integers) -> int:
+    """Return on which side of a skin line there is no tissue: 1 to the left of it, -1 right."""
+    first, last, middle = edge
+    owner = model.triangles[(model.triangles == middle).any(axis=1)][0]
+    start, end = model.nodes[first], model.nodes[last]
+    tissue = model.nodes[owner[:3]].mean(axis=0) - start
+    along = end - start
+    return -1 if along[0] * tissue[1] - along[1] * tissue[0] > 0 else 1
+
 
 class SectionArtists:
     """The section of a run drawn on ``axes``, whose data are millimetres of the world.
@@ -166,10 +191,18 @@ class SectionArtists:
         what the dermis is coloured by, one of :data:`SHOWN`.
     limits
         largest values of the colours: of ``shown`` in its unit, and of the pressure in kPa.
+    band_mm
+        how far the highest pressure of the colours stands off the skin.
     """
 
     def __init__(
-        self, axes: Axes, first: Snapshot, shown: Shown, limits: tuple[float, float]
+        self,
+        axes: Axes,
+        first: Snapshot,
+        shown: Shown,
+        limits: tuple[float, float],
+        *,
+        band_mm: float = BAND_MM,
     ) -> None:
         model = first.model
         self._axes = axes
@@ -206,11 +239,20 @@ class SectionArtists:
             linewidths=4.5,
             capstyle="round",
         )
+        self._mm_per_kpa = band_mm / limits[1]
+        self._band = PolyCollection(
+            [],
+            cmap=self._pressure.get_cmap(),
+            norm=self._pressure.norm,
+            edgecolors="face",
+            linewidths=0.4,
+        )
         for artist, order in (
             (self._bulk, 3),
             (self._elements, 4),
             (self._edges, 5),
-            (self._pressure, 7),
+            (self._band, 7),
+            (self._pressure, 8),
         ):
             self._add(artist, self._in_head, order)
         self.artists.sort(key=lambda artist: artist.get_zorder())
@@ -225,6 +267,12 @@ class SectionArtists:
         """What the colour bar of the pressure belongs to."""
         return self._pressure
 
+    def fade(self) -> None:
+        """Let what lies below be seen."""
+        for artist in self.artists:
+            if artist not in (self._elements, self._band, self._pressure):
+                artist.set_alpha(FADED)
+
     def show(self, snapshot: Snapshot, head: RigidPlacement) -> None:
         """Move everything to where it is in a snapshot, with the head at ``head`` in the world."""
         _set_placement(self._head, head)
@@ -238,15 +286,19 @@ class SectionArtists:
         self._elements.set_verts(cast(Any, positions[corners]))
         values = snapshot.element[self._shown.field][self._dermis]
         self._elements.set_array(values * self._shown.factor)
-        segments, pressures = [], []
+        segments, pressures, bands = [], [], []
         for lip, line in self._skin.items():
             points, pressure = line.points(positions), 1e3 * snapshot.pressure_mpa[lip]
             between = (pressure[:-1] + pressure[1:]) / 2
             pressed = between > 0
+            bands.append(line.band(points, self._mm_per_kpa * pressure)[pressed])
             segments.append(np.stack([points[:-1], points[1:]], axis=1)[pressed])
             pressures.append(between[pressed])
         self._pressure.set_segments(list(np.concatenate(segments)))
         self._pressure.set_array(np.concatenate(pressures))
+        # An array is set many times faster than the list that the annotation asks for.
+        self._band.set_verts(cast(Any, np.concatenate(bands)))
+        self._band.set_array(np.concatenate(pressures))
 
     def _add_rigid_parts(self) -> None:
         outlines = self._model.outlines
@@ -328,6 +380,18 @@ def colour_limits(solution: Solution, shown: Shown, samples: int = 24) -> tuple[
     ]
     peaks = [float(solution[f"{lip}_lip_pressure_kpa"].values.max()) for lip in solution.contact]
     return upper_limit(worst), upper_limit(peaks)
+
+
+def largest_values(solution: Solution, shown: Shown) -> tuple[float, float]:
+    """Return the largest values of a run: of ``shown`` in the dermis, and of the pressure, kPa."""
+    names = np.array(solution.model.region_names)[solution.model.region]
+    dermis = np.char.endswith(names, "dermis")
+    highest = max(
+        float((solution.fields.element(index)[shown.field][dermis] * shown.factor).max())
+        for index in range(solution.time_s.size)
+    )
+    pressures = (along.fields["pressure_mpa"] for along in solution.contact.values())
+    return highest, max(1e3 * float(pressure.max()) for pressure in pressures)
 
 
 def touched_points(solution: Solution) -> Mapping[str, Array]:

@@ -20,6 +20,12 @@ def arguments(parser: Parser) -> None:
         "--beside-video", action="store_true", help="put the recording next to the model"
     )
     parser.add_argument(
+        "--over-video", action="store_true", help="lay the model over the recording"
+    )
+    parser.add_argument(
+        "--at", metavar="SHARE", type=float, help="this instant alone, 0 to 1 of the sip, as .png"
+    )
+    parser.add_argument(
         "--field",
         choices=[quantity.name for quantity in ELEMENT_FIELDS],
         default="von_mises_mpa",
@@ -36,6 +42,8 @@ def run(options: Namespace) -> int:
             options.run,
             options.out,
             beside_video=options.beside_video,
+            over_video=options.over_video,
+            at=options.at,
             field=options.field,
             progress=progress,
         )

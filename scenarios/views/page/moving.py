@@ -31,6 +31,7 @@ from scenarios.views.scene import (
     SHOWN,
     SkinLine,
     boundary_loops,
+    largest_values,
     touched_points,
     upper_limit,
 )
@@ -71,7 +72,7 @@ def moving_page(runs: Sequence[Reported]) -> dict[str, Any]:
             "title": "contact pressure",
             "unit": "kPa",
             "decimals": 1,
-            "limit": upper_limit([_highest_pressure(run.solution) for run in runs]),
+            "limit": upper_limit([run.run_view.largest[1] for run in runs]),
             "colours": _colours(PRESSURE_COLOURS),
         },
         "difference": _colours(matplotlib.colormaps["RdBu_r"]),
@@ -166,22 +167,12 @@ def _contact(model: SectionModel, lip: str, along: LipContact, kept: Integers) -
         "second": line.nodes[before + 1].tolist(),
         "weight": np.round(weight, 6).tolist(),
         "arc_mm": _numbers(along.arc_mm),
-        "outward": _outward(model, lip),
+        "outward": line.outward,
         **{
             name: packed(along.fields[field][kept] * factor, decimals)
             for field, name, factor, decimals in CONTACT
         },
     }
-
-
-def _outward(model: SectionModel, lip: str) -> int:
-    """Return on which side of its skin line a lip is not: 1 to the left of it, -1 to the right."""
-    first, last, middle = model.skin[lip][0]
-    owner = model.triangles[(model.triangles == middle).any(axis=1)][0]
-    start, end = model.nodes[first], model.nodes[last]
-    tissue = model.nodes[owner[:3]].mean(axis=0) - start
-    along = end - start
-    return -1 if along[0] * tissue[1] - along[1] * tissue[0] > 0 else 1
 
 
 def _imprint(solution: Solution, lip: str, neck: NeckSection) -> dict[str, Any]:
@@ -229,7 +220,7 @@ def _address(view: RunView, picture: NDArray[np.uint8]) -> str:
 
 def _field(name: str, runs: Sequence[Reported]) -> dict[str, Any]:
     shown = SHOWN[name]
-    highest = max(_highest(run.solution, name, shown.factor) for run in runs)
+    highest = max(largest_values(run.solution, shown)[0] for run in runs)
     return {
         "name": name,
         "title": shown.title,
@@ -239,21 +230,6 @@ def _field(name: str, runs: Sequence[Reported]) -> dict[str, Any]:
         "highest": highest,
         "colours": _colours(shown.colours),
     }
-
-
-def _highest(solution: Solution, name: str, factor: float) -> float:
-    """Return the largest element value in the dermis over the run, in the unit shown."""
-    names = np.array(solution.model.region_names)[solution.model.region]
-    dermis = np.char.endswith(names, "dermis")
-    return max(
-        float((solution.fields.element(index)[name][dermis] * factor).max())
-        for index in range(solution.time_s.size)
-    )
-
-
-def _highest_pressure(solution: Solution) -> float:
-    contacts = solution.contact.values()
-    return max(1e3 * float(along.fields["pressure_mpa"].max()) for along in contacts)
 
 
 def _colours(colours: Colormap) -> list[str]:

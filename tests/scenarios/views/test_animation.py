@@ -19,9 +19,17 @@ from scenarios.results.increment import SectionModel, SolutionError
 from scenarios.results.solution import Solution
 from scenarios.views.animation import animate, film_frames, film_times, telling_times
 from scenarios.views.filmed import Crop, picture_scale, pictures_at
+from scenarios.views.labels import PartLabels, most_pressed_place
 from scenarios.views.plots import imprint, plot_histories, plot_imprint
 from scenarios.views.run_view import RunView, RunViewError
-from scenarios.views.scene import SHOWN, SectionArtists, boundary_loops, colour_limits
+from scenarios.views.scene import (
+    FADED,
+    SHOWN,
+    SectionArtists,
+    SkinLine,
+    boundary_loops,
+    colour_limits,
+)
 from tests.support.made_up_sip import PICTURE_ORIGIN, PICTURE_SCALE, UPPER_MOUTH
 from tests.support.marks import slow
 
@@ -79,6 +87,76 @@ def test_a_contact_sheet_has_six_frames(run_directory: Path, tmp_path: Path, bes
     with Image.open(tmp_path / "sip.png") as sheet:
         assert sheet.width > 2000
         assert sheet.height > (800 if beside else 500)
+
+
+def test_one_instant_is_shown_alone(run_directory: Path, tmp_path: Path) -> None:
+    out = tmp_path / "half.png"
+    animate(run_directory, out, beside_video=True, at=0.5)
+    run_view = RunView.of(run_directory, field="von_mises_mpa", beside_video=True)
+    (frame,) = film_frames(run_view, np.array([1.5]), lambda share, text: None)
+    with Image.open(out) as picture:
+        np.testing.assert_array_equal(np.array(picture), frame)
+    for file, at, wanted in (("a.mp4", 0.5, r"must end in \.png"), ("a.png", 1.2, "between 0")):
+        with pytest.raises(RunViewError, match=wanted):
+            animate(run_directory, tmp_path / file, at=at)
+
+
+def test_the_model_lies_over_the_recording_where_it_was(run_directory: Path) -> None:
+    run_view = RunView.of(run_directory, field="von_mises_mpa", beside_video=False, over_video=True)
+    (frame,) = film_frames(run_view, np.array([1.5]), lambda share, text: None)
+    window = run_view.window(1248 / 462)
+    mm_per_px = window.width / 1248
+    # The lower lip's bulk is drawn over the picture, and fades it where it is in the world.
+    solution = run_view.solution
+    model, snapshot = solution.model, solution.at(1.5)
+    bulk = np.unique(model.triangles[model.region == 3])
+    points = run_view.head.at(1.5).apply((model.nodes + snapshot.displacement)[bulk])
+    x, y = points.mean(axis=0)
+    column = 16 + (x - window.left) / mm_per_px
+    row = 52 + (window.bottom + window.height - y) / mm_per_px
+    # The recording is green 96 there, the tissue 201.
+    expected = FADED * 201 + (1 - FADED) * 96
+    assert frame[int(row) + 20, int(column), 1] == pytest.approx(expected, abs=6)
+
+
+def test_over_and_beside_exclude_each_other(run_directory: Path) -> None:
+    with pytest.raises(RunViewError, match="exclude each other"):
+        RunView.of(run_directory, field="von_mises_mpa", beside_video=True, over_video=True)
+
+
+def test_a_band_stands_off_the_skin_by_its_pressure(run_directory: Path) -> None:
+    solution = Solution.load(run_directory)
+    snapshot, model = solution.snapshot(5), solution.model
+    for lip, side in (("upper", -1.0), ("lower", 1.0)):
+        line = SkinLine(model, model.skin[lip], solution.contact[lip].arc_mm)
+        points = line.points(model.nodes + snapshot.displacement)
+        quads = line.band(points, np.full(len(points), 2.0))
+        off = quads[:, 1] - quads[:, 0]
+        np.testing.assert_allclose(np.hypot(*off.T), 2.0)
+        assert np.median(side * off[:, 1]) > 1.5  # towards the opening, away from the tissue
+
+
+def test_the_closer_look_follows_the_most_pressed_place(run_directory: Path) -> None:
+    solution = Solution.load(run_directory)
+    place = most_pressed_place(solution)
+    for index in (5, 8):
+        snapshot = solution.snapshot(index)
+        x, _ = snapshot.placement.apply(place[None])[0]
+        assert x == pytest.approx(95.0, abs=1.5)
+
+
+def test_names_lie_on_what_they_name(run_directory: Path) -> None:
+    solution = Solution.load(run_directory)
+    figure = Figure()
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.set(xlim=(70, 120), ylim=(-60, 0))
+    labels = PartLabels(axes, size=10)
+    labels.show(solution.snapshot(5), RigidPlacement(0.0, (0.0, 0.0)))
+    texts = {text.get_text(): text for text in axes.texts if text.get_visible()}
+    assert {"upper lip", "lower lip", "dermis", "neck"} <= texts.keys()
+    assert texts["upper lip"].get_position()[1] > UPPER_MOUTH[1] > -38.0
+    assert texts["lower lip"].get_position()[1] < -38.0
 
 
 @pytest.mark.slow

@@ -46,7 +46,7 @@ def test_a_history_is_drawn_with_name_unit_and_meaning(solution: Solution) -> No
 def test_a_snapshot_is_coloured_by_a_field(solution: Solution, name: str) -> None:
     snapshot = solution.at(1.5)
     axes = snapshot.plot(name)
-    (dermis,) = (item for item in axes.collections if isinstance(item, PolyCollection))
+    dermis, _band = (item for item in axes.collections if isinstance(item, PolyCollection))
     field = "von_mises_mpa" if name.startswith("von") else name
     factor = 1e3 if name.startswith("von") else 1.0
     names = np.array(snapshot.model.region_names)[snapshot.model.region]
