@@ -1,14 +1,15 @@
-"""A run as a time series for ParaView: VTK's XML files, one pair for each increment.
+"""A run as a time series for ParaView: named blocks in VTK's XML files, some for each increment.
 
-Open ``run.pvd``. Positions are in the head frame, mm; the lips carry ``displacement_mm``, so that
-ParaView's filter Warp by Vector moves them. The format is that of the VTK File Formats guide
-("XML file formats"); arrays are inline and base64-encoded.
+Open ``run.pvd``. Positions are in the head frame, mm. ``lips`` and both skins carry
+``displacement_mm``, so that ParaView's filter Warp by Vector moves them; neck and jaw are placed
+where they are at each instant. The format is that of the VTK File Formats guide ("XML file
+formats"); arrays are appended and compressed with zlib.
 """
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Mapping, Sequence
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -18,9 +19,9 @@ from numpy.typing import NDArray
 
 from geometry2d.foundation.output import directory_at_once
 from geometry2d.foundation.progress import Progress
-from geometry2d.rigid import UNMOVED, RigidPlacement
 from scenarios.results.increment import SectionModel
-from scenarios.results.quantities import IN_NECK_FRAME, JAW_HINGE, WITH_JAW
+from scenarios.results.quantities import CONTACT_FIELDS, IN_NECK_FRAME, JAW_HINGE, WITH_JAW
+from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Snapshot, Solution
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -33,9 +34,12 @@ OPEN = ("profile",)
 
 TYPES = {"float64": "Float64", "float32": "Float32", "int32": "Int32", "uint8": "UInt8"}
 
+LEVEL = 6
+"""Of zlib."""
+
 
 def export_vtk(run: Path, out: Path, *, progress: Progress = lambda share, text: None) -> None:
-    """Write a run directory as ``run.pvd`` and its ``.vtu`` files into the directory ``out``.
+    """Write a run directory as ``run.pvd`` and the files that it names into the directory ``out``.
 
     Raises
     ------
@@ -45,25 +49,46 @@ def export_vtk(run: Path, out: Path, *, progress: Progress = lambda share, text:
         If ``out`` may not be replaced.
     """
     solution = Solution.load(run)
+    model = solution.model
     with directory_at_once(out) as partial:
+        still = {}
+        for name in _outlines(model):
+            if name not in (*IN_NECK_FRAME, *WITH_JAW):
+                still[name] = f"{name}.vtu"
+                (partial / still[name]).write_bytes(outline_vtu(name, model.outlines[name]))
         entries = []
         for index, time in enumerate(solution.time_s):
             progress(index / solution.time_s.size, f"increment {index + 1}")
-            frame = solution.snapshot(index)
-            texts = (
-                lips_vtu(solution.model, frame),
-                rigid_vtu(solution.model, frame.placement, frame.jaw),
-            )
-            for part, (name, text) in enumerate(zip(("lips", "rigid"), texts, strict=True)):
-                file = f"{name}_{index:04d}.vtu"
-                (partial / file).write_text(text, encoding="ascii")
-                entries.append(f'<DataSet timestep="{time:.9g}" part="{part}" file="{file}"/>')
-        (partial / "run.pvd").write_text(_file("Collection", entries), encoding="ascii")
+            blocks = {}
+            for name, data in _moving(solution, index):
+                blocks[name] = f"{name}_{index:04d}.vtu"
+                (partial / blocks[name]).write_bytes(data)
+            step = f"step_{index:04d}.vtm"
+            (partial / step).write_text(_named(blocks | still), encoding="ascii")
+            entries.append(f'<DataSet timestep="{time:.9g}" part="0" file="{step}"/>')
+        (partial / "run.pvd").write_text(_collection(entries), encoding="ascii")
         # What holds this file is known as a result, and may be replaced by the next export.
         (partial / "summary.json").write_bytes((run / "summary.json").read_bytes())
 
 
-def lips_vtu(model: SectionModel, frame: Snapshot) -> str:
+def _moving(solution: Solution, index: int) -> Iterator[tuple[str, bytes]]:
+    """Yield name and file of every block that changes from increment to increment."""
+    model, snapshot = solution.model, solution.snapshot(index)
+    yield "lips", lips_vtu(model, snapshot)
+    for lip in solution.contact:
+        yield f"{lip}_skin", skin_vtu(solution, lip, index)
+    for name in _outlines(model):
+        if name in IN_NECK_FRAME:
+            yield name, outline_vtu(name, snapshot.placement.apply(model.outlines[name]))
+        elif name in WITH_JAW:
+            yield name, outline_vtu(name, snapshot.jaw.apply(model.outlines[name]))
+
+
+def _outlines(model: SectionModel) -> list[str]:
+    return sorted(model.outlines.keys() - {JAW_HINGE})
+
+
+def lips_vtu(model: SectionModel, frame: Snapshot) -> bytes:
     """Return the lips at one instant: undeformed nodes, displacements, element fields."""
     return _unstructured(
         model.nodes,
@@ -77,21 +102,46 @@ def lips_vtu(model: SectionModel, frame: Snapshot) -> str:
     )
 
 
-def rigid_vtu(model: SectionModel, neck: RigidPlacement, jaw: RigidPlacement = UNMOVED) -> str:
-    """Return neck, teeth and jaws at one instant, as lines; cells are numbered by ``outline``."""
-    lines, cells, start = [], [], 0
-    for name, line in sorted(model.outlines.items()):
-        if name == JAW_HINGE:
-            continue
-        placed = neck.apply(line) if name in IN_NECK_FRAME else line
-        lines.append(jaw.apply(line) if name in WITH_JAW and jaw != UNMOVED else placed)
-        nodes = np.arange(start, start + len(line))
-        cells.append(nodes if name in OPEN else np.append(nodes, start))
-        start += len(line)
-    points = np.vstack(lines) if lines else np.zeros((0, 2))
+def skin_vtu(solution: Solution, lip: str, index: int) -> bytes:
+    """Return the skin of a lip at an increment: a line whose points carry the contact.
+
+    Beside the contact fields of ``fields.h5`` its points carry ``slip_mm``: how far each slid along
+    the neck's contour since the increment before, 0 where it did not touch in both.
+    """
+    model, along = solution.model, solution.contact[lip]
+    line = SkinLine(model, model.skin[lip], along.arc_mm)
+    moved = line.points(solution.fields.displacement(index))
+    fields = {
+        quantity.name: along.fields[quantity.name][index].astype(np.float32)
+        for quantity in CONTACT_FIELDS
+    }
+    points = line.points(model.nodes)
     return _unstructured(
-        points, cells, POLYLINE, {}, {"outline": np.arange(len(cells), dtype=np.int32)}
+        points,
+        [np.arange(len(points))],
+        POLYLINE,
+        {
+            "displacement_mm": _in_space(moved),
+            **fields,
+            "slip_mm": slip_mm(along.fields["neck_arc_mm"], index).astype(np.float32),
+        },
+        {},
     )
+
+
+def slip_mm(neck_arc_mm: NDArray[np.float64], index: int) -> NDArray[np.float64]:
+    """Return how far points (s,) slid along the neck's contour in an increment of (k, s), mm."""
+    if index == 0:
+        return np.zeros(neck_arc_mm.shape[1])
+    slid: NDArray[np.float64] = np.nan_to_num(neck_arc_mm[index] - neck_arc_mm[index - 1], nan=0.0)
+    return slid
+
+
+def outline_vtu(name: str, line: NDArray[np.float64]) -> bytes:
+    """Return an outline, closed unless it is one of :data:`OPEN`, as a line."""
+    nodes = np.arange(len(line))
+    cell = nodes if name in OPEN else np.append(nodes, 0)
+    return _unstructured(line, [cell], POLYLINE, {}, {})
 
 
 def _counter_clockwise(model: SectionModel) -> NDArray[np.int64]:
@@ -113,44 +163,75 @@ def _unstructured(
     cell_type: int,
     point_data: Arrays,
     cell_data: Arrays,
-) -> str:
-    connectivity = np.concatenate([np.zeros(0, np.int32), *cells]).astype(np.int32)
+) -> bytes:
+    connectivity = np.concatenate(cells).astype(np.int32)
     offsets = np.cumsum([len(cell) for cell in cells], dtype=np.int32)
     types = np.full(len(cells), cell_type, np.uint8)
     topology: Arrays = {"connectivity": connectivity, "offsets": offsets, "types": types}
+    held: list[bytes] = []
     piece = [
         f'<Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}">',
-        *_block("Points", {"position_mm": _in_space(points)}),
-        *_block("Cells", topology),
-        *_block("PointData", point_data),
-        *_block("CellData", cell_data),
+        *_block("Points", {"position_mm": _in_space(points)}, held),
+        *_block("Cells", topology, held),
+        *_block("PointData", point_data, held),
+        *_block("CellData", cell_data, held),
         "</Piece>",
     ]
-    return _file("UnstructuredGrid", piece)
+    grid = ["<UnstructuredGrid>", *piece, "</UnstructuredGrid>", '<AppendedData encoding="raw">']
+    text = "\n".join([_head("UnstructuredGrid"), *grid, "_"])
+    return text.encode("ascii") + b"".join(held) + b"\n</AppendedData>\n</VTKFile>\n"
 
 
-def _block(name: str, arrays: Arrays) -> list[str]:
-    return [f"<{name}>", *(_array(key, values) for key, values in arrays.items()), f"</{name}>"]
+def _block(name: str, arrays: Arrays, held: list[bytes]) -> list[str]:
+    return [
+        f"<{name}>",
+        *(_array(key, values, held) for key, values in arrays.items()),
+        f"</{name}>",
+    ]
 
 
-def _array(name: str, values: NDArray[Any]) -> str:
-    """Return a data array: its length in bytes as a 64-bit integer, then its values."""
-    kind = TYPES[values.dtype.name]
+def _array(name: str, values: NDArray[Any], held: list[bytes]) -> str:
+    """Return the element of an array, and add its data to ``held``.
+
+    Data are one block: four 64-bit integers (number of blocks, length of the block, of a last one
+    that is shorter, here none, and of the compressed block), then the compressed block.
+    """
     data = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes()
-    coded = base64.b64encode(np.uint64(len(data)).astype("<u8").tobytes() + data).decode("ascii")
-    components = values.shape[1] if values.ndim > 1 else 1
+    block = zlib.compress(data, LEVEL)
+    offset = sum(map(len, held))
+    held.append(np.array([1, len(data), 0, len(block)], "<u8").tobytes() + block)
+    # Without the attribute there is one; meshio makes columns of what states it.
+    components = f'NumberOfComponents="{values.shape[1]}" ' if values.ndim > 1 else ""
     return (
-        f'<DataArray type="{kind}" Name={quoteattr(name)} NumberOfComponents="{components}" '
-        f'format="binary">{coded}</DataArray>'
+        f'<DataArray type="{TYPES[values.dtype.name]}" Name={quoteattr(name)} '
+        f'{components}format="appended" offset="{offset}"/>'
     )
 
 
-def _in_space(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (n, 3) vectors of the plane z = 0."""
-    return np.column_stack([vectors, np.zeros(len(vectors))])
+def _in_space(vectors: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return (n, 3) vectors of the plane z = 0, to a nanometre and in single precision."""
+    return np.column_stack([vectors.round(6), np.zeros(len(vectors))]).astype(np.float32)
 
 
-def _file(kind: str, lines: Sequence[str]) -> str:
-    attributes = 'version="1.0" byte_order="LittleEndian" header_type="UInt64"'
-    head = f'<?xml version="1.0"?>\n<VTKFile type="{kind}" {attributes}>\n<{kind}>'
-    return "\n".join([head, *lines, f"</{kind}>", "</VTKFile>", ""])
+def _named(blocks: Mapping[str, str]) -> str:
+    """Return the file that names the blocks of one instant."""
+    sets = [
+        f'<DataSet index="{number}" name={quoteattr(name)} file={quoteattr(file)}/>'
+        for number, (name, file) in enumerate(blocks.items())
+    ]
+    kind = "vtkMultiBlockDataSet"
+    return "\n".join([_head(kind), f"<{kind}>", *sets, f"</{kind}>", "</VTKFile>", ""])
+
+
+def _collection(entries: Sequence[str]) -> str:
+    return "\n".join(
+        [_head("Collection"), "<Collection>", *entries, "</Collection>", "</VTKFile>", ""]
+    )
+
+
+def _head(kind: str) -> str:
+    attributes = (
+        'version="1.0" byte_order="LittleEndian" header_type="UInt64" '
+        'compressor="vtkZLibDataCompressor"'
+    )
+    return f'<?xml version="1.0"?>\n<VTKFile type="{kind}" {attributes}>'

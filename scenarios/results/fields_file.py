@@ -1,6 +1,7 @@
 """fields.h5: the undeformed section, and displacements and fields of every increment.
 
-Every dataset carries its unit; docs/run-directory.md lists them.
+Every dataset carries its unit and names its axes by dimension scales, as netCDF-4 does, so that
+xarray reads each group with names; docs/reference/files.md lists them.
 """
 
 from __future__ import annotations
@@ -26,6 +27,16 @@ from scenarios.results.quantities import (
 Array = NDArray[np.float64]
 
 FIELDS_FILE = "fields.h5"
+
+INDEX_ONLY = "This is a netCDF dimension but not a netCDF variable.{:10d}"
+"""What netCDF-4 calls the scale of an axis that has a length and no values."""
+
+ALONG = {
+    "time_s": ("time_s",),
+    "placement": ("time_s", "angle_x_y"),
+    "displacement": ("time_s", "node", "axis"),
+}
+"""Names of the axes of what is in the group ``increments``."""
 
 
 @dataclass(frozen=True)
@@ -83,13 +94,27 @@ def write_model(store: h5py.File, model: SectionModel) -> None:
     mesh["triangles6"].attrs["order"] = "corners 0, 1, 2, then the middles of 01, 12, 20"
     mesh["region"] = model.region
     mesh["region"].attrs["regions"] = list(model.region_names)
+    _name_axes(mesh["nodes"], "node", "axis")
+    _name_axes(mesh["triangles6"], "triangle", "triangle_node")
+    _name_axes(mesh["region"], "triangle")
     for lip, edges in model.skin.items():
         mesh[f"{lip}_skin"] = edges
         mesh[f"{lip}_skin"].attrs["order"] = "first, last, middle node of each edge"
+        _name_axes(mesh[f"{lip}_skin"], f"{lip}_edge", "edge_node")
     for name, line in model.outlines.items():
         store[f"outlines/{name}"] = line
         store[f"outlines/{name}"].attrs["unit"] = "mm"
         store[f"outlines/{name}"].attrs["frame"] = "neck" if name in IN_NECK_FRAME else "head"
+        _name_axes(store[f"outlines/{name}"], f"{name}_point", "axis")
+
+
+def _name_axes(dataset: h5py.Dataset, *names: str) -> None:
+    """Name the axes of a dataset by scales of the file's root, made where they are not there."""
+    store = dataset.file
+    for number, (name, length) in enumerate(zip(names, dataset.shape, strict=True)):
+        if name not in store:
+            store.create_dataset(name, (length,), ">f4").make_scale(INDEX_ONLY.format(length))
+        dataset.dims[number].attach_scale(store[name])
 
 
 class FieldRows:
@@ -102,26 +127,47 @@ class FieldRows:
 
     def write(self, index: int, increment: Increment) -> None:
         """Write row ``index`` of every dataset."""
+        if index == 0:
+            self._name_instants()
+        self._store["time_s"][index] = increment.time_s
         place = increment.placement
         times = Quantity("time_s", "s", "time of the recording")
         where = Quantity("placement", "rad, mm, mm", "neck frame in the head frame: angle, x, y")
         moved = Quantity("displacement", "mm", "of every node, head frame")
         placement = np.array([place.angle_rad, *place.shift_mm])
-        self._row("increments", times, np.array(increment.time_s), index, "f8")
-        self._row("increments", where, placement, index, "f8")
-        self._row("increments", moved, increment.displacement, index, "f8")
+        for quantity, values in (
+            (times, np.array(increment.time_s)),
+            (where, placement),
+            (moved, increment.displacement),
+        ):
+            self._row("increments", quantity, values, index, "f8", ALONG[quantity.name])
+        axes = ("time_s", "triangle")
         for quantity in ELEMENT_FIELDS:
-            self._row("element", quantity, increment.element[quantity.name], index, "f4")
+            self._row("element", quantity, increment.element[quantity.name], index, "f4", axes)
         for lip, contact in increment.contact.items():
             group = f"contact/{lip}"
             if index == 0:
                 self._store[f"{group}/arc_mm"] = contact.arc_mm
                 self._store[f"{group}/arc_mm"].attrs["unit"] = "mm"
+                self._store[f"{group}/arc_mm"].make_scale("arc_mm")
+            axes = ("time_s", f"{group}/arc_mm")
             for quantity in CONTACT_FIELDS:
-                self._row(group, quantity, getattr(contact, quantity.name), index, "f8")
+                self._row(group, quantity, getattr(contact, quantity.name), index, "f8", axes)
+
+    def _name_instants(self) -> None:
+        """Make the scale that the first axis of every field has."""
+        scale = self._store.create_dataset("time_s", (self._count,), "f8")
+        scale.attrs["unit"] = "s"
+        scale.make_scale("time_s")
 
     def _row(
-        self, group: str, quantity: Quantity, values: NDArray[Any], index: int, kind: str
+        self,
+        group: str,
+        quantity: Quantity,
+        values: NDArray[Any],
+        index: int,
+        kind: str,
+        axes: tuple[str, ...],
     ) -> None:
         path = f"{group}/{quantity.name}"
         if path not in self._open:
@@ -131,4 +177,5 @@ class FieldRows:
             self._open[path] = self._store.create_dataset(path, shape, kind, **options)
             self._open[path].attrs["unit"] = quantity.unit
             self._open[path].attrs["meaning"] = quantity.meaning
+            _name_axes(self._open[path], *axes)
         self._open[path][index] = values

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidPlacement
 from scenarios.results.quantities import IN_NECK_FRAME, LIPS
+from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Snapshot, Solution
-from scenarios.views.scene import INK, QUIET, SectionArtists, Shown, SkinLine
+from scenarios.views.scene import INK, QUIET, SectionArtists, Shown
 
 Array = NDArray[np.float64]
 

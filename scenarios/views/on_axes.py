@@ -18,14 +18,14 @@ from scenarios.views.scene import (
     UPPER,
     SectionArtists,
     Shown,
-    SkinLine,
     upper_limit,
 )
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from scenarios.results.solution import History, Snapshot
+    from scenarios.results.skin_line import SkinLine
+from scenarios.results.solution import History, Snapshot
 
 Array = NDArray[np.float64]
 

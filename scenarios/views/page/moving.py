@@ -17,7 +17,8 @@ from PIL import Image as Pillow
 
 from geometry2d.neck import NeckSection
 from scenarios.results.increment import Integers, LipContact, SectionModel
-from scenarios.results.quantities import HISTORY, IN_NECK_FRAME
+from scenarios.results.quantities import HISTORY, IN_NECK_FRAME, JAW_HINGE, WITH_JAW
+from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
 from scenarios.results.verdict import FAILURE, PAIN
 from scenarios.views.filmed import Crop
@@ -29,7 +30,6 @@ from scenarios.views.run_view import RunView
 from scenarios.views.scene import (
     PRESSURE_COLOURS,
     SHOWN,
-    SkinLine,
     boundary_loops,
     largest_values,
     touched_points,
@@ -108,6 +108,7 @@ def _run(run: Reported) -> dict[str, Any]:
             [round(float(angle), 7), round(float(x), 5), round(float(y), 5)]
             for angle, (x, y) in zip(solution.angle_rad[kept], solution.shift_mm[kept], strict=True)
         ],
+        "jaw": _jaw(solution, kept),
         "imprint": {lip: _imprint(solution, lip, run.neck) for lip in solution.contact},
         "window": _window(solution),
         "film": _film(run.run_view),
@@ -137,10 +138,24 @@ def _section(model: SectionModel) -> dict[str, Any]:
         "region_names": list(model.region_names),
         "loops": loops,
         "outlines": {
-            name: {"points": np.round(line, 3).tolist(), "moves": name in IN_NECK_FRAME}
+            name: {"points": np.round(line, 3).tolist(), "moves": _mover(name)}
             for name, line in model.outlines.items()
+            if name != JAW_HINGE
         },
     }
+
+
+def _mover(outline: str) -> str:
+    """Return with what an outline moves: the neck, the jaw, or nothing."""
+    return "neck" if outline in IN_NECK_FRAME else "jaw" if outline in WITH_JAW else ""
+
+
+def _jaw(solution: Solution, kept: Integers) -> list[list[float]] | None:
+    """Return angle (rad) and shift (mm) of the jaw in each increment; None if it never moves."""
+    if JAW_HINGE not in solution.model.outlines:
+        return None
+    jaws = [solution.snapshot(int(index)).jaw for index in kept]
+    return [[jaw.angle_rad, *jaw.shift_mm] for jaw in jaws]
 
 
 def _states(solution: Solution, kept: Integers) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from scenarios.results.quantities import HISTORY
 from scenarios.results.solution import Solution
 from scenarios.results.writer import SolutionWriter
 from scenarios.settings.scenario import load_scenario
+from tests.support.optional import needed_module
 
 TOML = 'name = "made up"\n'
 
@@ -137,6 +138,32 @@ def test_the_files_carry_columns_units_and_peaks(run_directory: Path) -> None:
     with h5py.File(run_directory / "fields.h5") as store:
         assert store["element/von_mises_mpa"].attrs["unit"] == "MPa"
         assert store["increments/displacement"].shape[0] == 11
+
+
+def test_other_programs_name_the_axes(run_directory: Path) -> None:
+    xarray = needed_module("xarray")
+    needed_module("h5netcdf")
+    solution = Solution.load(run_directory)
+    expected = {
+        "element": {"von_mises_mpa": ("time_s", "triangle")},
+        "increments": {
+            "displacement": ("time_s", "node", "axis"),
+            "placement": ("time_s", "angle_x_y"),
+        },
+        "contact/upper": {"pressure_mpa": ("time_s", "arc_mm")},
+        "mesh": {"nodes": ("node", "axis"), "triangles6": ("triangle", "triangle_node")},
+    }
+    for group, names in expected.items():
+        file = run_directory / "fields.h5"
+        with xarray.open_dataset(file, group=group, engine="h5netcdf") as found:
+            for name, axes in names.items():
+                assert found[name].dims == axes
+    with xarray.open_dataset(file, group="contact/upper", engine="h5netcdf") as found:
+        along = solution.contact["upper"]
+        np.testing.assert_array_equal(found["arc_mm"], along.arc_mm)
+        np.testing.assert_array_equal(found["pressure_mpa"], along.fields["pressure_mpa"])
+    with xarray.open_dataset(file, engine="h5netcdf") as found:
+        np.testing.assert_array_equal(found["time_s"], solution.time_s)
 
 
 def test_the_documentation_names_every_column_and_dataset(run_directory: Path) -> None:

@@ -16,6 +16,7 @@ from geometry2d.rigid import RigidPlacement
 from mocap.motion.errors import MotionError
 from mocap.motion.motion import Motion
 from scenarios.results.increment import SectionModel, SolutionError
+from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
 from scenarios.views.animation import animate, film_frames, film_times, telling_times
 from scenarios.views.filmed import Crop, picture_scale, pictures_at
@@ -26,7 +27,6 @@ from scenarios.views.scene import (
     FADED,
     SHOWN,
     SectionArtists,
-    SkinLine,
     boundary_loops,
     colour_limits,
 )

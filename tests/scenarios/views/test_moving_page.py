@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
 from scenarios.views.page.report import write_report
-from scenarios.views.scene import SHOWN, SkinLine
+from scenarios.views.scene import SHOWN
 from tests.support.browser import Visit, driven, opened
 from tests.support.made_up_sip import resealed
 from tests.support.optional import needed_module, needed_program

@@ -62,17 +62,16 @@ export class Run {
   }
 
   /** The place in the head frame of a point of the neck frame. */
-  fromNeck([x, y], frame) {
-    const [angle, dx, dy] = this.data.placement[frame];
-    const c = Math.cos(angle);
-    const s = Math.sin(angle);
-    return [c * x - s * y + dx, s * x + c * y + dy];
+  fromNeck(point, frame) {
+    return placed(point, this.data.placement[frame]);
   }
 
   /** An outline in the head frame. */
   outline(name, frame) {
     const { points, moves } = this.data.outlines[name];
-    return moves ? points.map((point) => this.fromNeck(point, frame)) : points;
+    const courses = { neck: this.data.placement, jaw: this.data.jaw };
+    const course = courses[moves];
+    return course ? points.map((point) => placed(point, course[frame])) : points;
   }
 
   /** The force of both lips on the neck, mN for each mm of width, forward and up. */
@@ -125,6 +124,13 @@ export class Run {
     this.centresKnown = centres;
     return centres;
   }
+}
+
+/** A point turned by an angle, then shifted. */
+function placed([x, y], [angle, dx, dy]) {
+  const c = Math.cos(angle);
+  const s = Math.sin(angle);
+  return [c * x - s * y + dx, s * x + c * y + dy];
 }
 
 /** For each dermis element of `run` the nearest dermis element of `other`; -1 beyond `reach` mm. */
