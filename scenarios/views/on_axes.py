@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from geometry2d.rigid import UNMOVED
 from scenarios.results.increment import SectionModel, SolutionError
 from scenarios.results.quantities import LIPS
+from scenarios.results.skin_line import SkinLine
 from scenarios.settings.names import nearest
 from scenarios.views.scene import (
     INK,
@@ -24,8 +25,7 @@ from scenarios.views.scene import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from scenarios.results.skin_line import SkinLine
-from scenarios.results.solution import History, Snapshot
+    from scenarios.results.solution import History, Snapshot
 
 Array = NDArray[np.float64]
 
