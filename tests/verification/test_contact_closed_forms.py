@@ -363,12 +363,12 @@ def test_block_under_its_weight_on_a_slope_of_45_degrees(friction, slides):
     commits = followed(system, still(0.4), increments=80)
     travel = np.array([c.state.displacement.mean(axis=0) @ [1, -1] / np.sqrt(2) for c in commits])
     time = np.array([c.state.time_s for c in commits])
-    settled = time > 0.15
+    after = time > 0.15
     if slides:
-        acceleration = 2 * np.polyfit(time[settled], travel[settled], 2)[0]
+        acceleration = 2 * np.polyfit(time[after], travel[after], 2)[0]
         assert acceleration == pytest.approx(gravity * (1 - friction) / np.sqrt(2), rel=1e-4)
     else:
-        assert np.ptp(travel[settled]) < 1e-4
+        assert np.ptp(travel[after]) < 1e-4
 
 
 @pytest.mark.parametrize("increments", [1, 2, 7, 40])

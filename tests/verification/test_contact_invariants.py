@@ -158,7 +158,7 @@ def test_halving_the_steps_changes_little():
     np.testing.assert_allclose(coarse, fine, rtol=1e-4)
 
 
-def test_a_plunge_into_a_rigid_body_is_rejected_but_slow_squeezing_is_not():
+def test_fast_growth_of_penetration_is_rejected_but_slow_squeezing_is_not():
     # A penalty so soft that the circle sinks in by a tenth of a millimetre altogether.
     system = lip_press(20, 10, normal=NormalLaw(0.2, 1e-4), points=3)
     motion = path([0, 1], [[0, 0], [0, -2.0]])
@@ -188,12 +188,12 @@ def test_a_plunge_into_a_rigid_body_is_rejected_but_slow_squeezing_is_not():
     assert slowly[-1] == pytest.approx(sunk[-1], rel=0.02)
 
 
-def test_a_step_that_errs_in_its_foresight_is_taken_again_in_shorter_ones():
+def test_a_step_whose_predictor_errs_is_taken_again_in_shorter_ones():
     system = lip_press(20, 10, friction=FrictionLaw(0.3, 10.0), points=3)
     motion = path([0, 1, 2], [[0, 0], [0, -1.5], [1.5, -1.5]])
     aim, snap = 2e-4, 0.01
 
-    def surprises(snap_s):
+    def predictor_errors(snap_s):
         commits = []
         result = march(
             system, motion, system.at_rest(Load.at(motion.at(0.0), 0.0), next_step_s=0.1),
@@ -205,9 +205,9 @@ def test_a_step_that_errs_in_its_foresight_is_taken_again_in_shorter_ones():
         wrong = [c.newton.predictor_error_mm > StepSettings().snap_errors * aim for c in commits]
         return result, [c for c, surprising in zip(commits, wrong, strict=True) if surprising]
 
-    accepted, followed_anyhow = surprises(np.inf)
+    accepted, followed_anyhow = predictor_errors(np.inf)
     assert len(followed_anyhow) > 0
-    seen, rest = surprises(snap)
+    seen, rest = predictor_errors(snap)
     assert seen.cutbacks > accepted.cutbacks
     assert all(c.duration_s <= snap for c in rest)
 

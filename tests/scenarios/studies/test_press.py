@@ -21,9 +21,9 @@ def imprints() -> dict[str, Imprint]:
     found = {}
     for name in ("L2-Ogden", "L2-GOH"):
         press = Press(configuration(name), COARSE)
-        settled = press.pressed()
-        assert force_n(settled) == pytest.approx(0.3, rel=1e-3)
-        found[name] = imprint_of(press, settled)
+        converged = press.pressed()
+        assert force_n(converged) == pytest.approx(0.3, rel=1e-3)
+        found[name] = imprint_of(press, converged)
     return found
 
 
