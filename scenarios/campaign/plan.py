@@ -95,6 +95,7 @@ def planned(study: StudySettings, out: Path, progress: Progress) -> Plan:
     DrinksimError
         If a sip contradicts itself; it is named.
     """
+    out = out.resolve()
     films = tuple(
         _filmed_sip(study, name, out, progress) for name in study.motions or (study.base,)
     )

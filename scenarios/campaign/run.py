@@ -21,6 +21,7 @@ from scenarios.campaign.study import (
     study_directory,
 )
 from scenarios.campaign.table import check_tables
+from scenarios.settings.hand import HandSettings
 
 SECONDS = {"coarse": 35.0, "standard": 90.0, "fine": 200.0, "thesis": 400.0}
 """Time of a sip on one thread of a machine of 2020, s, by resolution; for the estimate only."""
@@ -123,7 +124,9 @@ def dry_run(
             film = plan.films[0]
             shown = film.base.with_(package=neck.package) if neck.package else film.base
             file = folder / PREVIEWS / f"{_file_name(neck.name)}.png"
-            write_preview(replace(shown, name=f"{film.name}, {neck.name}"), file, progress=progress)
+            # The run that a hand follows is not there yet, and moves nothing in a preview.
+            shown = replace(shown, name=f"{film.name}, {neck.name}", hand=HandSettings())
+            write_preview(shown, file, progress=progress)
             pictures.append(file)
     each = SECONDS.get(plan.films[0].base.numerics.resolution, SECONDS["standard"])
     seconds = each * len({case.identity for case in plan.cases}) / max(workers or 1, 1)

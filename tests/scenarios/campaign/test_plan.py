@@ -138,6 +138,14 @@ def test_equal_force_names_the_filmed_run_that_is_followed(folder):
     assert Path(scenario.hand.reference).resolve() == followed
 
 
+def test_a_study_may_be_planned_in_a_relative_place(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    (folder / "study.toml").write_text('base = "base.toml"\n')
+    found = planned(read_study(Path("study.toml")), Path("out"), quiet)
+    again = planned(read_study(folder / "study.toml"), folder / "out", quiet)
+    assert found.cases == again.cases
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
