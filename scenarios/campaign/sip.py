@@ -18,22 +18,30 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from fem2d.solvers.march import MarchStatus
 from fem2d.threads import Threads
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import file_at_once
 from geometry2d.foundation.progress import Progress
 from geometry2d.foundation.toml import parsed_toml
 from scenarios.campaign.measures import felt_measures
+from scenarios.results.history_checkpoint import HistoryCheckpoint
 from scenarios.results.history_file import HISTORY_FILE, write_history
 from scenarios.results.solution import Solution
+from scenarios.settings.inputs import check_inputs
 from scenarios.settings.layers import SettingsLayer
 from scenarios.settings.scenario import Scenario, ScenarioError, scenario_from
-from scenarios.sip.run import solve
+from scenarios.sip.replay import neck_findings_of, refuse_contradictions, replay
+from scenarios.sip.run import NothingComputedError, solve
+
+Array = NDArray[np.float64]
 
 ROW_FILE = "row.json"
 SCENARIO_FILE = "scenario.toml"
 RUN_FOLDER = "run"
+CHECKPOINT_FILE = "checkpoint.npz"
 
 WHOLE, STOPPED, REFUSED = "whole", "stopped", "refused"
 TIME_LIMIT, MEMORY_LIMIT, LOST = "time limit", "memory limit", "lost"
@@ -142,12 +150,14 @@ def solved_sip(task: SipTask) -> SipRow:
 
     with _ended_after(GRACE * task.time_s if task.own_process else np.inf, given_up):
         try:
-            solution = _solution(task, folder, _limits(task, started))
-            status = WHOLE if solution.finished else STOPPED
-            reason = "" if solution.finished else solution.message
-            result = row(status, reason, felt_measures(solution.history))
+            sip = _replayed(task, folder, _limits(task, started))
+            if MarchStatus.INTERRUPTED.value in sip.message:
+                raise KeyboardInterrupt
+            status = WHOLE if sip.finished else STOPPED
+            reason = "" if sip.finished else sip.message
+            result = row(status, reason, felt_measures(sip.history))
             if task.keep == "histories":
-                _write_history(solution, folder)
+                _write_history(sip.history, folder)
         except SipLimitError as error:
             result = row(error.status, str(error))
         except DrinksimError as error:
@@ -155,6 +165,8 @@ def solved_sip(task: SipTask) -> SipRow:
         except MemoryError:
             result = row(MEMORY_LIMIT, "there is not enough memory")
     result.write(folder)
+    if result.is_final:
+        (folder / CHECKPOINT_FILE).unlink(missing_ok=True)
     return result
 
 
@@ -164,16 +176,40 @@ def scenario_in(folder: Path, text: str) -> Scenario:
     return scenario_from([SettingsLayer(document, folder.resolve())])
 
 
-def _solution(task: SipTask, folder: Path, progress: Progress) -> Solution:
-    scenario = scenario_in(folder, task.scenario_toml)
-    out = folder / RUN_FOLDER if task.keep == "runs" else None
-    return solve(
+@dataclass(frozen=True)
+class _Replayed:
+    """How a replay ended, and its history."""
+
+    finished: bool
+    message: str
+    history: Mapping[str, Array]
+
+
+def _replayed(task: SipTask, folder: Path, progress: Progress) -> _Replayed:
+    """Replay a sip, from where an interrupted replay of it was."""
+    scenario, threads = scenario_in(folder, task.scenario_toml), Threads(task.threads)
+    needs_a_run = scenario.hand.mode != "recorded" and scenario.hand.reference is None
+    if task.keep == "runs" or needs_a_run:
+        out = folder / RUN_FOLDER if task.keep == "runs" else None
+        solution = solve(
+            scenario, out=out, resume=out is not None, threads=threads, progress=progress
+        )
+        return _Replayed(solution.finished, solution.message, solution.history)
+    check_inputs(scenario)
+    refuse_contradictions(neck_findings_of(scenario))
+    reference = scenario.hand.reference
+    kept = HistoryCheckpoint(folder / CHECKPOINT_FILE)
+    outcome = replay(
         scenario,
-        out=out,
-        resume=out is not None,
-        threads=Threads(task.threads),
+        on_increment=kept.commit,
+        resume_from=kept.last,
+        reference=None if reference is None else Solution.load(reference),
+        threads=threads,
         progress=progress,
     )
+    if kept.history["time_s"].size == 0:
+        raise NothingComputedError(f"nothing was computed: {outcome.message}")
+    return _Replayed(outcome.finished, outcome.message, kept.history)
 
 
 def _limits(task: SipTask, started: float) -> Progress:
@@ -217,8 +253,7 @@ def _ended_after(seconds: float, end: Any) -> Iterator[None]:
         timer.cancel()
 
 
-def _write_history(solution: Solution, folder: Path) -> None:
-    history = solution.history
+def _write_history(history: Mapping[str, Array], folder: Path) -> None:
     rows = [
         {name: float(history[name][k]) for name in history} for k in range(history["time_s"].size)
     ]
