@@ -31,6 +31,7 @@ def test_noise_is_correlated_as_stated(constant_share):
     assert np.max(np.abs(found - stated)) < 5.0 / np.sqrt(MANY)
 
 
+@pytest.mark.slow
 def test_a_sampled_motion_is_as_far_from_the_measured_one_as_its_standard_errors_say():
     motion = approach()
     random = np.random.default_rng(1)

@@ -49,6 +49,7 @@ def test_the_interval_covers_the_truth_as_often_as_it_says(noise):
     assert 0.85 <= covered / 200 <= 0.95
 
 
+@pytest.mark.slow
 def test_a_difference_is_settled_as_often_as_the_size_of_the_study_promises():
     random = np.random.default_rng(5)
     spread, truth = 6.0, -4.0

@@ -98,6 +98,7 @@ def test_without_samples_there_is_no_doubt(tmp_path):
     assert "no sampled motion" in doubt_message(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_report_shows_the_bands_of_the_run_that_has_them(run_directory, tmp_path):
     run = tmp_path / "run"
     shutil.copytree(run_directory, run)

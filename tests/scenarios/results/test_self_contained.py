@@ -140,6 +140,7 @@ def test_a_moved_run_is_shown_with_nothing_but_itself(
     assert shown(moved_alone(tmp_path / "run", originals), tmp_path / "after") == before
 
 
+@pytest.mark.slow
 def test_a_moved_run_goes_on_from_its_own_scenario(
     scenario: Scenario, originals: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -155,6 +156,7 @@ def test_a_moved_run_goes_on_from_its_own_scenario(
     assert same_files(out, tmp_path / "whole")
 
 
+@pytest.mark.slow
 def test_a_film_that_the_run_converted_is_not_converted_again(
     originals: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -247,6 +249,7 @@ def test_a_copy_that_was_changed_is_named(
         Solution.load(finished)
 
 
+@pytest.mark.slow
 def test_a_page_says_how_to_repeat_its_run(
     with_head: Scenario, originals: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

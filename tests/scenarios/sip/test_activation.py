@@ -82,6 +82,7 @@ def moved_down(mm: float):
     return replace(motion, shift_mm=motion.shift_mm - [0.0, mm])
 
 
+@pytest.mark.slow
 def test_the_levator_that_is_found_clears_the_neck_and_less_does_not():
     lips, motion = lips_of(*LEVATOR), moved_down(4.0)
     (found,) = find_activations(lips, motion, 0.3)
@@ -104,6 +105,7 @@ def clearance_of(lips: Lips, motion, activation: float) -> float:
     return PathClearance.of(skin, MovingNeck.of(alone.neck, path), 10.0)(result.displacement)
 
 
+@pytest.mark.slow
 def test_a_levator_that_cannot_clear_the_neck_is_refused():
     """The neck of the recording is 4.9 mm too high for a lip that is only drawn to the orbit."""
     lips = lips_of(*LEVATOR)
