@@ -17,7 +17,7 @@ from scenarios.campaign.sip import (
     SipTask,
     solved_sip,
 )
-from scenarios.results.history_checkpoint import HistoryCheckpoint
+from scenarios.sip.history_checkpoint import HistoryCheckpoint
 from tests.support.approach import write_base
 
 FILE = 'base = "base.toml"\n[meeting]\nhand = "recorded"\n'
