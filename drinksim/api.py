@@ -130,7 +130,7 @@ def study(
     DrinksimError
         If the study contradicts itself, or ``out`` holds something else.
     """
-    from scenarios.campaign.run import run_study
+    from scenarios.decision.run import run_study
 
     return run_study(
         study, out, workers=workers, scheduler=scheduler, resume=resume, progress=progress

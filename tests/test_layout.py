@@ -49,6 +49,7 @@ FLOORS = (
     "scenarios.views.page",
     "scenarios.studies",
     "scenarios.campaign",
+    "scenarios.decision",
     "scenarios.optimum",
     "scenarios.export",
     "scenarios.recordings",

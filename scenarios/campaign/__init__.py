@@ -1,1 +1,1 @@
-"""Studies of many sips: who drinks from which neck, how it is computed, and what follows."""
+"""Studies of many sips: who drinks from which neck, and how it is computed."""

@@ -26,13 +26,13 @@ from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import file_at_once
 from geometry2d.foundation.progress import Progress
 from geometry2d.foundation.toml import parsed_toml
+from scenarios.campaign.history_checkpoint import HistoryCheckpoint
 from scenarios.campaign.measures import felt_measures
 from scenarios.results.history_file import HISTORY_FILE, write_history
 from scenarios.results.solution import Solution
 from scenarios.settings.inputs import check_inputs
 from scenarios.settings.layers import SettingsLayer
 from scenarios.settings.scenario import Scenario, ScenarioError, scenario_from
-from scenarios.sip.history_checkpoint import HistoryCheckpoint
 from scenarios.sip.replay import neck_findings_of, refuse_contradictions, replay
 from scenarios.sip.run import NothingComputedError, solve
 

@@ -16,12 +16,12 @@ from geometry2d.foundation.output import file_at_once
 from geometry2d.foundation.progress import ProgressOption, chosen_progress
 from geometry2d.neck import neck_section
 from scenarios.campaign.engine import Engine, opened_engine
-from scenarios.campaign.messages import is_lower_gentler, meaning
 from scenarios.campaign.plan import planned
 from scenarios.campaign.sip import WHOLE, solved_sip
 from scenarios.campaign.study import Solver, carried_out, study_directory
 from scenarios.campaign.table import Row, check_tables, write_csv
 from scenarios.campaign.variation import StudyError
+from scenarios.decision.messages import is_lower_gentler, meaning
 from scenarios.optimum.search import (
     JOURNAL_FILE,
     ImpossibleError,
@@ -93,7 +93,7 @@ def optimise(
     out
         The directory of journal, sips, table, and drawings of the best necks.
     workers, scheduler, resume, progress
-        As of :func:`scenarios.campaign.run.run_study`.
+        As of :func:`scenarios.decision.run.run_study`.
     solver
         Computes a sip.
 

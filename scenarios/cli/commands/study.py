@@ -29,7 +29,7 @@ def arguments(parser: Parser) -> None:
 
 def run(options: Namespace) -> int:
     """Do it and return the exit code."""
-    from scenarios.campaign.run import dry_run, dry_run_message, run_study, study_message
+    from scenarios.decision.run import dry_run, dry_run_message, run_study, study_message
 
     check_workers(options)
     if options.dry_run:

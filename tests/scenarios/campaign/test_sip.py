@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from scenarios.campaign import sip
+from scenarios.campaign.history_checkpoint import HistoryCheckpoint
 from scenarios.campaign.plan import planned
 from scenarios.campaign.settings import read_study
 from scenarios.campaign.sip import (
@@ -17,7 +18,6 @@ from scenarios.campaign.sip import (
     SipTask,
     solved_sip,
 )
-from scenarios.sip.history_checkpoint import HistoryCheckpoint
 from tests.support.approach import write_base
 
 FILE = 'base = "base.toml"\n[meeting]\nhand = "recorded"\n'

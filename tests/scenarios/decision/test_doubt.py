@@ -8,7 +8,6 @@ import pytest
 
 from geometry2d.foundation.errors import DrinksimError
 from mocap.motion.sampling import CONSTANT_SHARE, CORRELATION_S, noise_covariance
-from scenarios.campaign.doubt import doubt_message, doubt_study
 from scenarios.campaign.engine import InProcess
 from scenarios.campaign.measures import HEADLINE
 from scenarios.campaign.plan import planned
@@ -16,6 +15,7 @@ from scenarios.campaign.settings import read_study
 from scenarios.campaign.sip import WHOLE, SipRow, scenario_in
 from scenarios.campaign.study import carried_out
 from scenarios.cli.main import main
+from scenarios.decision.doubt import doubt_message, doubt_study
 from scenarios.results.doubt import Doubt
 from scenarios.results.history_file import write_history
 from scenarios.results.quantities import HISTORY

@@ -8,8 +8,8 @@ import numpy as np
 
 from geometry2d.anatomy.population import Person
 from geometry2d.views.draw import draw_section
-from scenarios.campaign.comparison import PairedDifference
-from scenarios.campaign.indices import Effect, SobolIndices
+from scenarios.decision.comparison import PairedDifference
+from scenarios.decision.indices import Effect, SobolIndices
 from scenarios.views.page.embedded import Embedded
 from scenarios.views.page.figures import TEXT, line_style, new_figure, quieten, svg
 from scenarios.views.scene import INK, QUIET

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t
 
-from scenarios.campaign.comparison import CONFIDENCE, paired, varied_columns
 from scenarios.campaign.sip import WHOLE
 from scenarios.campaign.table import Row
+from scenarios.decision.comparison import CONFIDENCE, paired, varied_columns
 
 Array = NDArray[np.float64]
 

@@ -7,10 +7,10 @@ from itertools import combinations
 
 import numpy as np
 
-from scenarios.campaign.comparison import CONFIDENCE, PairedDifference, paired
 from scenarios.campaign.measures import HEADLINE, described
 from scenarios.campaign.plan import Plan
 from scenarios.campaign.table import Row
+from scenarios.decision.comparison import CONFIDENCE, PairedDifference, paired
 
 FEW_TO_SAY_SOMETHING = 3
 

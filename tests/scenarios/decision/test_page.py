@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from geometry2d.anatomy.population import sampled_people
-from scenarios.campaign.comparison import paired
 from scenarios.campaign.engine import InProcess
 from scenarios.campaign.measures import HEADLINE, described, felt_measures
-from scenarios.campaign.messages import headline, pair_sentence
 from scenarios.campaign.necks import NamedNeck
-from scenarios.campaign.page import SHOWN, write_page
 from scenarios.campaign.plan import planned
 from scenarios.campaign.settings import read_study
 from scenarios.campaign.sip import STOPPED, WHOLE, SipRow, scenario_in
 from scenarios.campaign.study import StudyOutcome, carried_out
+from scenarios.decision.comparison import paired
+from scenarios.decision.messages import headline, pair_sentence
+from scenarios.decision.page import SHOWN, write_page
 from scenarios.results.quantities import HISTORY
 from tests.support.approach import write_base
 from tests.support.browser import laid_out

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from geometry2d.foundation.progress import ProgressOption
-from scenarios.campaign.run import run_study
 from scenarios.campaign.settings import DoubtSettings, MeetingSettings, StudySettings
 from scenarios.campaign.study import StudyOutcome
 from scenarios.campaign.variation import StudyError
+from scenarios.decision.run import run_study
 from scenarios.results.doubt import DOUBT_FOLDER, SHARE, Doubt
 from scenarios.results.quantities import LIPS
 from scenarios.results.writer import SCENARIO_FILE
@@ -26,7 +26,7 @@ def doubt_study(
     draws
         How many motions; those that are there already are not computed again.
     workers, progress
-        As of :func:`scenarios.campaign.run.run_study`.
+        As of :func:`scenarios.decision.run.run_study`.
 
     Raises
     ------

@@ -9,8 +9,6 @@ from typing import Any
 
 from geometry2d.foundation.progress import Progress, ProgressOption, chosen_progress
 from scenarios.campaign.engine import opened_engine
-from scenarios.campaign.messages import headline
-from scenarios.campaign.page import write_page
 from scenarios.campaign.plan import Plan, planned
 from scenarios.campaign.settings import StudySettings, read_study, study_from
 from scenarios.campaign.study import (
@@ -21,6 +19,8 @@ from scenarios.campaign.study import (
     study_directory,
 )
 from scenarios.campaign.table import check_tables
+from scenarios.decision.messages import headline
+from scenarios.decision.page import write_page
 from scenarios.settings.hand import HandSettings
 
 SECONDS = {"coarse": 35.0, "standard": 90.0, "fine": 200.0, "thesis": 400.0}

@@ -9,31 +9,31 @@ import numpy as np
 
 from geometry2d.anatomy.population import NORMS
 from geometry2d.foundation.output import file_at_once
-from scenarios.campaign.comparison import (
+from scenarios.campaign.measures import HEADLINE
+from scenarios.campaign.sip import WHOLE
+from scenarios.campaign.study import StudyOutcome
+from scenarios.campaign.table import CSV_FILE, PARQUET_FILE, Row
+from scenarios.decision.comparison import (
     ALIKE,
     CONFIDENCE,
     POWER,
     PairedDifference,
     factor_columns,
 )
-from scenarios.campaign.figures import (
+from scenarios.decision.figures import (
     differences_figure,
     effects_figure,
     indices_figure,
     people_figure,
 )
-from scenarios.campaign.indices import effects, indices
-from scenarios.campaign.measures import HEADLINE
-from scenarios.campaign.messages import (
+from scenarios.decision.indices import effects, indices
+from scenarios.decision.messages import (
     compared_necks,
     headline,
     is_lower_gentler,
     meaning,
     measure_sentence,
 )
-from scenarios.campaign.sip import WHOLE
-from scenarios.campaign.study import StudyOutcome
-from scenarios.campaign.table import CSV_FILE, PARQUET_FILE, Row
 from scenarios.results.quantities import LIPS
 from scenarios.views.page.embedded import Embedded, data_address, image
 from scenarios.views.page.hypertext import Markup, joined, page, tag

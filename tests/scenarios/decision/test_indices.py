@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 
 from scenarios.campaign.engine import InProcess
-from scenarios.campaign.indices import effects, indices
 from scenarios.campaign.study import carried_out
+from scenarios.decision.indices import effects, indices
 from tests.support.made_up_study import ishigami, ishigami_indices, ishigami_plan
 
 MEASURE = "lips_window_kpa_peak"

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from scenarios.campaign.history_checkpoint import HistoryCheckpoint
 from scenarios.results.history_file import COLUMNS
-from scenarios.sip.history_checkpoint import HistoryCheckpoint
 
 
 def with_state(increment, number):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from scenarios.campaign.comparison import CONFIDENCE, paired
+from scenarios.decision.comparison import CONFIDENCE, paired
 
 MEASURE = "lips_window_kpa_peak"
 TRUTH = -4.0
