@@ -44,6 +44,7 @@ FLOORS = (
     "scenarios",
     "scenarios.settings",
     "scenarios.results",
+    "scenarios.messages",
     "scenarios.sip",
     "scenarios.views",
     "scenarios.views.page",

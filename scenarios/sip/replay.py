@@ -23,7 +23,7 @@ from fem2d.threads import Threads
 from geometry2d.foundation.progress import Progress
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from mocap.tracking.marker_file import read_markers
-from scenarios.results import messages
+from scenarios.messages import lines
 from scenarios.results.increment import Increment, SectionModel
 from scenarios.results.quantities import LIPS
 from scenarios.results.recorder import Recorder, restored
@@ -323,15 +323,15 @@ def _notes(ready: Prepared, result: MarchResult, about: Mapping[str, Any]) -> tu
     left = not near(ready.motion.at(ready.end_s))
     caught = _touching(model, result.state) if finished and left else ()
     notes = (
-        messages.placement_message(about["placement"]),
-        messages.carried_message(about["placement"]["carried"]),
-        messages.hand_message(about["hand"]) if "hand" in about else None,
+        lines.placement_message(about["placement"]),
+        lines.carried_message(about["placement"]["carried"]),
+        lines.hand_message(about["hand"]) if "hand" in about else None,
         *about.get("warnings", ()),
-        messages.muscle_message(about["muscle"]) if "muscle" in about else None,
-        messages.muscles_message(about["muscles"]) if "muscles" in about else None,
-        messages.activations_message(about["activations"]) if "activations" in about else None,
-        messages.crushed_message(about["largest_penetration_neck_mm"]),
-        messages.caught_message(caught),
+        lines.muscle_message(about["muscle"]) if "muscle" in about else None,
+        lines.muscles_message(about["muscles"]) if "muscles" in about else None,
+        lines.activations_message(about["activations"]) if "activations" in about else None,
+        lines.crushed_message(about["largest_penetration_neck_mm"]),
+        lines.caught_message(caught),
     )
     return tuple(note for note in notes if note)
 
@@ -340,7 +340,7 @@ def _messages(
     ready: Prepared, result: MarchResult, about: Mapping[str, Any], resumed_at_s: float | None
 ) -> tuple[str, ...]:
     """Return how a replay went, the solver's part first, and what to mind."""
-    ending = messages.ending(
+    ending = lines.ending(
         result.status.value,
         increments=result.increments,
         iterations=result.iterations,
@@ -349,7 +349,7 @@ def _messages(
         stopped_at_s=None if result.status is MarchStatus.FINISHED else result.state.time_s,
         end_s=ready.end_s,
     )
-    unstable = messages.unstable_message(about["unstable"])
+    unstable = lines.unstable_message(about["unstable"])
     return (ending, *((unstable,) if unstable else ()), *about["notes"])
 
 

@@ -13,10 +13,10 @@ from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.progress import Progress, ProgressOption, chosen_progress
 from mocap.convert import ConvertResult, convert
 from mocap.motion.motion import Motion
+from scenarios.messages.lines import activations_message
 from scenarios.results.collector import SolutionCollector
 from scenarios.results.increment import SolutionError
 from scenarios.results.integrity import MOTION, differing_input
-from scenarios.results.messages import activations_message
 from scenarios.results.run_inputs import MOTION_FOLDER, REFERENCE_FOLDER, RunInputs
 from scenarios.results.solution import Solution
 from scenarios.results.summary import SUMMARY_FILE

@@ -15,7 +15,7 @@ from geometry2d.foundation.progress import Progress
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 from geometry2d.views.draw import draw_head, draw_neck
-from scenarios.results.messages import carried_message, placement_message
+from scenarios.messages.lines import carried_message, placement_message
 from scenarios.results.quantities import LIPS
 from scenarios.settings.inputs import check_inputs
 from scenarios.settings.scenario import Scenario

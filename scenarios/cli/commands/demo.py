@@ -21,7 +21,7 @@ def arguments(parser: Parser) -> None:
 
 def run(options: Namespace) -> int:
     """Do it and return the exit code."""
-    from scenarios.results.closing import closing_message
+    from scenarios.messages.closing import closing_message
     from scenarios.sip.run import convert_recording, solve
     from scenarios.views.animation import animate
     from scenarios.views.page.report import write_report

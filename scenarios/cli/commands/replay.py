@@ -51,7 +51,7 @@ def arguments(parser: Parser) -> None:
 def run(options: Namespace) -> int:
     """Do it and return the exit code."""
     from scenarios.decision.doubt import doubt_message, doubt_study
-    from scenarios.results.closing import closing_message
+    from scenarios.messages.closing import closing_message
     from scenarios.sip.run import NothingComputedError, solve
 
     if options.doubt is None and options.workers is not None:

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from geometry2d.neck import NeckSection
+from scenarios.messages.verdict import FAILURE, PAIN
 from scenarios.results.increment import Integers, LipContact, SectionModel
 from scenarios.results.quantities import HISTORY, IN_NECK_FRAME, JAW_HINGE, WITH_JAW
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
-from scenarios.results.verdict import FAILURE, PAIN
 from scenarios.views.filmed import Crop
 from scenarios.views.page.embedded import data_address
 from scenarios.views.page.packed import packed

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from geometry2d.foundation.output import check_writable, file_at_once
 from geometry2d.foundation.progress import Progress, part_of
+from scenarios.messages.lines import lips_message
 from scenarios.results.history_file import HISTORY_FILE
-from scenarios.results.messages import lips_message
 from scenarios.results.quantities import LIPS
 from scenarios.results.run_inputs import REFERENCE_FOLDER
 from scenarios.results.solution import Solution

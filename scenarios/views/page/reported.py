@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.neck import NeckSection
+from scenarios.messages.verdict import Verdict
 from scenarios.results.doubt import Doubt
 from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution, loaded
-from scenarios.results.verdict import Verdict
 from scenarios.settings.scenario import Scenario
 from scenarios.views.plots import imprint
 from scenarios.views.run_view import RunView

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from scenarios.results.messages import acting_message, felt_message, verdict_message
-from scenarios.results.verdict import FAILURE, PAIN, Threshold
+from scenarios.messages.lines import acting_message, felt_message, verdict_message
+from scenarios.messages.verdict import FAILURE, PAIN, Threshold
 from scenarios.views.page.hypertext import Markup, folded, tag
 from scenarios.views.page.reported import Reported
 

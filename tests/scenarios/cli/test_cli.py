@@ -25,8 +25,8 @@ from mocap.synthetic.recording_file import write_recording
 from mocap.video.frames import Video
 from scenarios.cli.main import main
 from scenarios.cli.parser import COMMANDS, drinksim_parser, module_of
+from scenarios.messages.closing import closing_message
 from scenarios.recordings.script import LIBRARY
-from scenarios.results.closing import closing_message
 from scenarios.results.solution import Solution
 from scenarios.sip import run
 from tests.support.made_up_sip import (

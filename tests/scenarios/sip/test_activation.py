@@ -11,8 +11,8 @@ import pytest
 from fem2d.loads.amplitude import Amplitude
 from fem2d.loads.load import Load
 from fem2d.solvers.static import solve_static
+from scenarios.messages.lines import activations_message
 from scenarios.recordings.script import script_of
-from scenarios.results.messages import activations_message
 from scenarios.settings.muscles import Muscles, Seen
 from scenarios.settings.scenario import ScenarioError, load_scenario
 from scenarios.settings.searches import ActivationSearch

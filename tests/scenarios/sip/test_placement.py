@@ -12,8 +12,8 @@ import pytest
 from geometry2d.anatomy.head import head_section
 from geometry2d.rigid import rotated
 from mocap.motion.motion import MarkedBody, Motion
+from scenarios.messages.lines import placement_message
 from scenarios.recordings.script import script_of
-from scenarios.results.messages import placement_message
 from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import LIBRARY, FirstContact, ScenarioError, load_scenario
 from scenarios.settings.tables import SettingError

@@ -20,10 +20,10 @@ from hypothesis import strategies as st
 from PIL import Image as Pillow
 
 from scenarios.cli.main import main
-from scenarios.results.messages import verdict_message
+from scenarios.messages.lines import verdict_message
+from scenarios.messages.verdict import FAILURE, PAIN, Verdict
 from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution
-from scenarios.results.verdict import FAILURE, PAIN, Verdict
 from scenarios.settings.scenario import MotionFile, load_scenario
 from scenarios.views.animation import animate
 from scenarios.views.page.figures import RunCurve, curves, line_style

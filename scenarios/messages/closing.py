@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from scenarios.results.messages import FELT_CONTRAST
+from scenarios.messages.lines import FELT_CONTRAST
+from scenarios.messages.verdict import PAIN, Verdict
 from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution
-from scenarios.results.verdict import PAIN, Verdict
 
 
 def closing_message(solution: Solution) -> str:

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from scenarios.messages.verdict import FAILURE, PAIN, Verdict
 from scenarios.results.quantities import LIPS
-from scenarios.results.verdict import FAILURE, PAIN, Verdict
 
 CRUSHED_MM = 0.1
 """Penetration that no pressure a lip can carry explains: some 5 MPa."""

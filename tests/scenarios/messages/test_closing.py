@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.results.closing import closing_message
+from scenarios.messages.closing import closing_message
 from scenarios.results.solution import Solution
 
 

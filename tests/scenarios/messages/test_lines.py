@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from scenarios.results.messages import (
+from scenarios.messages.lines import (
     acting_message,
     caught_message,
     crushed_message,
