@@ -21,6 +21,7 @@ from mocap.measurement import Measurement, measure
 from mocap.motion.motion import Motion
 from mocap.motion.projection import PictureFormat
 from mocap.motion.scale import BodyScale
+from mocap.plausible import distance_warnings, refuse_implausible, refuse_impossible_lens
 from mocap.tracking.follow import follow
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import MarkerFile
@@ -138,6 +139,8 @@ def convert(
         marker_file = read_markers(markers)
         given = given_tracks(tracks) if tracks is not None else None
         film = Video(video, fps=fps)
+        picture = PictureFormat(film.info.width, film.info.height, film.info.pixel_aspect)
+        refuse_impossible_lens(marker_file, picture)
         raw = follow(
             film,
             marker_file,
@@ -146,10 +149,11 @@ def convert(
             given=given,
             progress=part_of(show, 0.0, last),
         )
-        picture = PictureFormat(film.info.width, film.info.height, film.info.pixel_aspect)
         tracks_found = with_temporal_noise(raw, key_frames=film.key_frames).interpolated()
         measured = measure(tracks_found, marker_file, picture)
+        refuse_implausible(measured, marker_file)
         report = summary(film.info, film.timing, marker_file, measured, picture)
+        report["warnings"] += distance_warnings(measured, marker_file)
         motion = measured.motion.rounded()
         result = ConvertResult(motion, measured, report, Path(video), fps, marker_file)
         if out is not None:

@@ -30,6 +30,7 @@ FLOORS = (
     "mocap.formats",
     "mocap.synthetic",
     "mocap.measurement",
+    "mocap.plausible",
     "mocap.views",
     "mocap.convert",
     "fem2d",

@@ -14,8 +14,33 @@ Progress = Callable[[float, str], None]
 ProgressOption = bool | Progress | None
 """Option of a long function: True for the line, a function, or None or False for nothing."""
 
+Warn = Callable[[str], None]
+"""A function of something odd, in words, that is told when it is found."""
+
 BAR_WIDTH = 24
 SECONDS_BETWEEN_UPDATES = 0.1
+
+
+def silent(text: str) -> None:
+    """Tell a warning to nobody."""
+
+
+def each_once(warn: Warn) -> Warn:
+    """Return what tells a warning only the first time.
+
+    >>> told = each_once(print)
+    >>> told("odd"), told("odd")
+    odd
+    (None, None)
+    """
+    said: set[str] = set()
+
+    def tell(text: str) -> None:
+        if text not in said:
+            said.add(text)
+            warn(text)
+
+    return tell
 
 
 @contextmanager

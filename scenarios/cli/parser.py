@@ -140,6 +140,12 @@ def complain(message: str, code: int = WRONG_INPUT) -> int:
     return code
 
 
+def warn(message: str) -> None:
+    """Write a warning to the standard error, in place of a line of progress."""
+    clear = "\r\x1b[K" if sys.stderr.isatty() else ""
+    print(f"{clear}drinksim: warning: {' '.join(message.split())}", file=sys.stderr, flush=True)
+
+
 class Help(argparse.RawDescriptionHelpFormatter):
     """Leaves examples on one line, and gives names room."""
 

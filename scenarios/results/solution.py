@@ -16,6 +16,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.output import partial_directory
 from geometry2d.foundation.provided import Provided
 from geometry2d.rigid import UNMOVED, RigidPlacement
 from mocap.motion.motion import Motion
@@ -366,7 +367,7 @@ def _in_single_precision(element: Mapping[str, NDArray[Any]]) -> dict[str, NDArr
 
 
 def _check_run_directory(folder: Path) -> None:
-    partial = folder.with_name(folder.name + ".partial")
+    partial = partial_directory(folder.absolute())
     if not folder.is_dir():
         remedy = "finish it with --resume" if partial.is_dir() else "run drinksim replay first"
         raise SolutionError(f"no run directory {folder}: {remedy}")

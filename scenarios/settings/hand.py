@@ -40,7 +40,7 @@ class HandSettings:
     width_mm: float = setting(
         default=25.0,
         unit="mm",
-        minimum=1.0,
+        minimum=5.0,
         maximum=100.0,
         description="width of lip that the section stands for",
         source="chord of a 38 mm opening that lips press, estimate",

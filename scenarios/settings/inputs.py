@@ -6,6 +6,7 @@ from pathlib import Path
 
 from geometry2d.drawings.drawn_head import HeadDrawing
 from geometry2d.foundation.output import RESULT_MARK
+from mocap.motion.motion import Motion
 from mocap.tracking.marker_file import read_markers
 from scenarios.settings.files import ScenarioError
 from scenarios.settings.named_files import named_files
@@ -34,12 +35,16 @@ def check_inputs(scenario: Scenario) -> None:
         If measurements make no head or neck, or a drawing makes one ineffective.
     geometry2d.drawings.chains.DrawingError
         If a drawing is not that of a head or neck.
+    mocap.motion.errors.MotionError
+        If the motion's file is broken.
     mocap.tracking.marker_file.MarkerFileError
         If the marker file of a recording that will be converted cannot be used.
     """
     files = input_files(scenario)
     if "recording.markers" in files:
         read_markers(files["recording.markers"])
+    if "motion.file" in files:
+        Motion.read(files["motion.file"])
     scenario.package.section()
     if scenario.filmed is not None:
         scenario.filmed.section()

@@ -15,14 +15,14 @@ class Liquid:
 
     volume_ml: float = setting(
         unit="ml",
-        above=0.0,
+        minimum=5.0,
         maximum=2000.0,
         description="content of the package while it is drunk from",
     )
     density_kg_per_m3: float = setting(
         default=1000.0,
         unit="kg/m³",
-        above=0.0,
+        minimum=500.0,
         maximum=3000.0,
         description="density of the content",
         source="water; milk has 1030",

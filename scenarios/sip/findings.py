@@ -16,6 +16,7 @@ import shapely
 from numpy.typing import NDArray
 
 from geometry2d.anatomy.head import HeadSection
+from geometry2d.crests import crests_behind_marks
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, RigidPlacement
@@ -49,8 +50,8 @@ MARKS_APART = 0.1
 DIAMETERS = (15.0, 80.0)
 """Outer diameters of openings that people drink from, mm."""
 
-OTHER_DIAMETER = 0.5
-"""Relative difference to the filmed neck's diameter that is worth a second look."""
+OTHER_DIAMETER = 1.5
+"""Ratio to the filmed neck's diameter, or of that to it, that is worth a second look."""
 
 UNITS_MM = {"cm": 10.0, "inch": 25.4, "m": 1000.0, "µm": 1e-3}
 
@@ -60,6 +61,16 @@ LONGEST_INTERVAL_S = 0.2
 LONGEST_MOTION_S = 120.0
 LEAST_WAY_MM = 5.0
 """A neck that travels less than this does not come to a mouth and leave it."""
+
+LEAST_REACH = 0.5
+"""A package's mark that stays nearer to the ear than this share of the mouth's distance is in
+another unit."""
+
+TEETH_APART_MM = 2.0
+"""Incisors that are nearer to one another leave no way to a mouth that drinks."""
+
+NEAR_MM = 2.5
+"""A neck that never comes nearer to any lip than this never touches one."""
 
 LEAST_TURN_DEG = 4.0
 """A sip turns the package by tens of degrees; a turn smaller than this, as large as it is in
@@ -121,8 +132,9 @@ def findings_of(
     """
     found = [
         *time_findings(motion.time_s),
-        *_size_findings(motion),
+        *_size_findings(head, motion),
         *neck_findings(neck, filmed, mark_distance_mm),
+        *jaw_findings(head),
     ]
     if not any(finding.severity is Severity.ERROR for finding in found):
         found += _path_findings(head, neck, motion)
@@ -134,7 +146,7 @@ def time_findings(time_s: Array) -> Iterator[Finding]:
     intervals = np.diff(time_s)
     usual, longest = float(np.median(intervals)), float(intervals.max())
     if usual > LONGEST_INTERVAL_S or time_s[-1] - time_s[0] > LONGEST_MOTION_S:
-        unit = "frame numbers" if np.allclose(time_s, np.round(time_s)) else "milliseconds"
+        unit = "frame numbers" if np.allclose(intervals, 1.0) else "milliseconds"
         yield Finding(
             Severity.ERROR,
             "time_s",
@@ -166,12 +178,21 @@ def neck_findings(
             f"the neck is {diameter:.3g} mm in diameter, outside {low:g} to {high:g} mm that "
             f"people drink from{remedy}: state the drawing's unit, or correct its scale",
         )
-    elif abs(diameter - reference) > OTHER_DIAMETER * reference:
+    elif max(diameter, reference) > OTHER_DIAMETER * min(diameter, reference):
         yield Finding(
             Severity.WARNING,
             "package",
             f"the neck is {diameter:.1f} mm in diameter and the filmed one {reference:.1f} mm: "
             "a person would hold another mouth, and this one keeps the filmed one's",
+        )
+    yield from _end_findings(neck)
+    own, theirs = (float(np.linalg.norm(n.upper_mark - n.lower_mark)) for n in (neck, filmed))
+    if low <= diameter <= high and abs(own - theirs) > MARKS_APART * theirs:
+        yield Finding(
+            Severity.WARNING,
+            "package",
+            f"the neck's marks are {own:.1f} mm apart and those of the filmed one {theirs:.1f} mm: "
+            "only the filmed neck's say where it was; if they were measured anew, change [filmed]",
         )
     if mark_distance_mm is not None:
         drawn = float(np.linalg.norm(filmed.upper_mark - filmed.lower_mark))
@@ -185,22 +206,37 @@ def neck_findings(
             )
 
 
+def _end_findings(neck: NeckSection) -> Iterator[Finding]:
+    """Yield a finding if the rim seems to be at the package's end, as in a mirrored drawing."""
+    crests = crests_behind_marks(neck)
+    if crests:
+        yield Finding(
+            Severity.ERROR if crests > 1 else Severity.WARNING,
+            "package",
+            f"the neck has {crests} of its crests behind the marks and none before them: the rim "
+            "is at the wrong end; mirror the drawing, so that the rim is at the smallest x",
+        )
+
+
 def diameter_mm(neck: NeckSection) -> float:
     """Return the outer diameter of a neck's section, mm."""
     upper, lower = (getattr(neck, wall).sampled(SPACING_MM)[:, 1] for wall in WALLS)
     return float(upper.max() - lower.min())
 
 
-def _size_findings(motion: RigidMotion) -> Iterator[Finding]:
+def _size_findings(head: HeadSection, motion: RigidMotion) -> Iterator[Finding]:
     way = float(np.max(np.ptp(motion.shift_mm, axis=0)))
     turn = float(np.ptp(np.rad2deg(motion.angle_rad)))
-    if way < LEAST_WAY_MM:
-        units = [unit for unit, mm in UNITS_MM.items() if 20.0 <= way * mm <= 1000.0]
-        remedy = f"these look like {units[0]}" if units else "nothing is drunk like this"
+    reach = float(np.max(np.hypot(*motion.shift_mm.T)))
+    least = LEAST_REACH * float(np.hypot(*(_mouth(head) - head.landmarks["ear"])))
+    units = [unit for unit, mm in UNITS_MM.items() if least < reach * mm < 20 * least]
+    if way < LEAST_WAY_MM or reach < least:
+        remedy = f"these look like {units[0]}" if reach < least and units else "nothing is drunk"
         yield Finding(
             Severity.ERROR,
             "rel_x_mm, rel_y_mm",
-            f"the neck travels {way:.3g} mm in all; {remedy}: give lengths in mm",
+            f"the neck travels {way:.3g} mm in all, at most {reach:.3g} mm from the ear; {remedy}: "
+            "give lengths in mm",
         )
     elif turn < LEAST_TURN_DEG < float(np.rad2deg(turn)):
         yield Finding(
@@ -208,6 +244,26 @@ def _size_findings(motion: RigidMotion) -> Iterator[Finding]:
             "rel_theta_deg",
             f"the package turns by {turn:.3g}° in all while it travels {way:.0f} mm; this looks "
             "like radians: give angles in degrees",
+        )
+
+
+def _mouth(head: HeadSection) -> Array:
+    mouth: Array = 0.5 * (head.landmarks["stomion_upper"] + head.landmarks["stomion_lower"])
+    return mouth
+
+
+def jaw_findings(head: HeadSection) -> Iterator[Finding]:
+    """Yield a finding if the jaw is shut."""
+    upper, lower = (
+        shapely.Polygon(tooth.sampled(SPACING_MM)) for tooth in (head.upper_tooth, head.lower_tooth)
+    )
+    apart = float(upper.distance(lower))
+    if apart < TEETH_APART_MM:
+        yield Finding(
+            Severity.WARNING,
+            "head",
+            f"the jaw is shut: the incisors are {apart:.1f} mm apart, and who drinks opens the "
+            "mouth; set head.jaw_opening_deg, 7 just before contact, or draw the jaw open",
         )
 
 
@@ -226,7 +282,7 @@ def _turned_findings(
     """Yield a finding if not the rim but the package's end of the neck is at the mouth."""
     left, bottom, right, top = _box(neck)
     middle = 0.5 * (bottom + top)
-    mouth = 0.5 * (head.landmarks["stomion_upper"] + head.landmarks["stomion_lower"])
+    mouth = _mouth(head)
     rim, end = (
         np.array([np.hypot(*(place.apply(np.array([[x, middle]]))[0] - mouth)) for place in places])
         for x in (left, right)
@@ -261,9 +317,9 @@ def _bone_findings(
             yield Finding(
                 Severity.ERROR,
                 "placement",
-                f"the neck goes {depth[worst]:.1f} mm into {name} at {times[worst]:.2f} s, lips "
-                "aside: correct the marks or the scale, or move the package with "
-                "placement.shift_x_mm and shift_y_mm",
+                f"the neck, {diameter_mm(neck):.1f} mm in diameter, goes {depth[worst]:.1f} mm "
+                f"into {name} at {times[worst]:.2f} s, lips aside: correct the marks or the scale, "
+                "or move the package with placement.shift_x_mm and shift_y_mm",
             )
 
 
@@ -277,6 +333,17 @@ def _lip_findings(
             "motion",
             "the neck is inside both lips in the first instant: start the film, or --start, "
             "before the package is at the mouth",
+        )
+        return
+    smallest = np.min(list(gaps.values()), axis=0)
+    nearest = int(np.argmin(smallest))
+    if smallest[nearest] > NEAR_MM:
+        yield Finding(
+            Severity.ERROR,
+            "motion",
+            f"the neck stays {smallest[nearest]:.1f} mm away from both lips (nearest at "
+            f"{times[nearest]:.2f} s) and never touches one: check the scale and the units, or "
+            "shift the package with placement.shift_x_mm and shift_y_mm",
         )
         return
     for lip, gap in gaps.items():

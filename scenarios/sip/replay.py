@@ -20,7 +20,7 @@ from fem2d.solvers.march import MarchResult, MarchStatus, march
 from fem2d.solvers.model import Model
 from fem2d.solvers.state import State
 from fem2d.threads import Threads
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, Warn, silent
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from mocap.tracking.marker_file import read_markers
 from scenarios.messages import lines
@@ -32,7 +32,7 @@ from scenarios.settings.scenario import Scenario, ScenarioError
 from scenarios.settings.searches import Period
 from scenarios.sip.activation import FoundActivation, find_activations
 from scenarios.sip.carrying import CarriedNeck, carried
-from scenarios.sip.findings import Finding, Severity, findings_of, neck_findings
+from scenarios.sip.findings import Finding, Severity, findings_of, jaw_findings, neck_findings
 from scenarios.sip.hand import about_hand, chosen_hand
 from scenarios.sip.jaw import JawCourse
 from scenarios.sip.lip_model import Lips
@@ -118,6 +118,7 @@ def prepared(
     *,
     threads: Threads | None = None,
     activations: Sequence[FoundActivation] | None = None,
+    warn: Warn = silent,
     progress: Progress = lambda share, what: None,
 ) -> Prepared:
     """Return the model and the motion of a scenario whose motion is known.
@@ -141,7 +142,7 @@ def prepared(
     """
     progress(0.0, "placing the neck")
     placed, carried_neck, found = placed_neck(scenario)
-    refuse_contradictions(found)
+    refuse_contradictions(found, warn)
     motion = carried_neck.motion
     jaw = scenario.head.jaw
     course = None if jaw is None else JawCourse.of(jaw, placed.head.landmarks["hinge"])
@@ -198,9 +199,12 @@ def placed_neck(scenario: Scenario) -> tuple[Placed, CarriedNeck, tuple[Finding,
 
 
 def neck_findings_of(scenario: Scenario) -> tuple[Finding, ...]:
-    """Return what is wrong or odd about the neck alone, before any motion is known."""
-    filmed = scenario.filmed_package.section()
-    return tuple(neck_findings(scenario.package.section(), filmed, mark_distance_mm(scenario)))
+    """Return what is wrong or odd about neck and head, before any motion is known."""
+    neck, filmed = scenario.package.section(), scenario.filmed_package.section()
+    return (
+        *neck_findings(neck, filmed, mark_distance_mm(scenario)),
+        *jaw_findings(scenario.head.section()),
+    )
 
 
 def mark_distance_mm(scenario: Scenario) -> float | None:
@@ -211,8 +215,11 @@ def mark_distance_mm(scenario: Scenario) -> float | None:
     return markers.scale_mm[markers.moving]
 
 
-def refuse_contradictions(found: Sequence[Finding]) -> None:
-    """Raise :class:`ScenarioError` if a finding contradicts the recording."""
+def refuse_contradictions(found: Sequence[Finding], warn: Warn = silent) -> None:
+    """Tell the warnings among findings, and raise :class:`ScenarioError` if there are errors."""
+    for finding in found:
+        if finding.severity is Severity.WARNING:
+            warn(str(finding))
     errors = [str(finding) for finding in found if finding.severity is Severity.ERROR]
     if errors:
         raise ScenarioError("; ".join(errors))
@@ -228,6 +235,7 @@ def replay(
     threads: Threads | None = None,
     activations: Sequence[FoundActivation] | None = None,
     on_activations: Callable[[Sequence[FoundActivation]], None] = lambda found: None,
+    warn: Warn = silent,
     progress: Progress = lambda share, what: None,
 ) -> Outcome:
     """Replay a scenario whose motion is known, and return how it went.
@@ -247,6 +255,8 @@ def replay(
         That share the work, two by default; results are the same bits.
     activations, on_activations
         What was found of the muscles before, searched if absent; and what is called with it.
+    warn
+        Called with each thing that is odd, before anything is computed.
     progress
         Called with the share of the motion that is done.
 
@@ -257,7 +267,9 @@ def replay(
     SolutionError
         If ``resume_from`` is of another model.
     """
-    ready = prepared(scenario, activations=activations, threads=threads, progress=progress)
+    ready = prepared(
+        scenario, activations=activations, threads=threads, warn=warn, progress=progress
+    )
     on_activations(ready.activations)
     model, motion, head_angle = ready.lips.fem_model, ready.motion, ready.placed.head_angle_rad
     steps, newton = scenario.numerics.steps, scenario.numerics.newton

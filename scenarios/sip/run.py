@@ -10,7 +10,14 @@ from tempfile import TemporaryDirectory
 
 from fem2d.threads import Threads
 from geometry2d.foundation.errors import DrinksimError
-from geometry2d.foundation.progress import Progress, ProgressOption, chosen_progress
+from geometry2d.foundation.progress import (
+    Progress,
+    ProgressOption,
+    Warn,
+    chosen_progress,
+    each_once,
+    silent,
+)
 from mocap.convert import ConvertResult, convert
 from mocap.motion.motion import Motion
 from scenarios.messages.lines import activations_message
@@ -82,6 +89,15 @@ def _converted(
     )
 
 
+@dataclass(frozen=True)
+class _Means:
+    """What a replay is done with, beside its scenario; see :func:`solve`."""
+
+    threads: Threads | None
+    warn: Warn
+    progress: Progress
+
+
 def solve(
     scenario: Scenario,
     *,
@@ -89,6 +105,7 @@ def solve(
     resume: bool = False,
     overwrite: bool = False,
     threads: Threads | None = None,
+    warn: Warn = silent,
     progress: ProgressOption = None,
 ) -> Solution:
     """Replay a scenario and return its solution.
@@ -109,6 +126,8 @@ def solve(
         of the same inputs is returned as it is, and any other one is refused.
     threads
         That share the work, two by default; results are the same bits.
+    warn
+        A function that is told each thing that is odd, as soon as it is found.
     progress
         True shows a line on the terminal or in the notebook; a function is called with the share
         that is done and what is being done.
@@ -126,31 +145,33 @@ def solve(
         If ``out`` cannot be written.
     """
     check_inputs(scenario)
-    refuse_contradictions(neck_findings_of(scenario))
+    told = each_once(warn)
+    refuse_contradictions(neck_findings_of(scenario), told)
     with chosen_progress(progress, f"replay {scenario.name}") as show:
+        means = _Means(threads, told, show)
         if out is None:
-            return _solved_in_memory(scenario, threads, show)
+            return _solved_in_memory(scenario, means)
         with _motion_in_a_file(scenario) as on_disk:
             return _solved_into(
                 on_disk,
                 Path(out),
                 resume=resume,
                 overwrite=overwrite,
-                threads=threads,
-                progress=show,
+                means=means,
             )
 
 
-def _solved_in_memory(scenario: Scenario, threads: Threads | None, progress: Progress) -> Solution:
-    known = with_known_motion(scenario, progress)
+def _solved_in_memory(scenario: Scenario, means: _Means) -> Solution:
+    known = with_known_motion(scenario, means.progress)
     collector = SolutionCollector()
     outcome = replay(
         known,
         on_model=collector.model,
         on_increment=collector.commit,
-        reference=_reference_run(known, None, threads, progress),
-        threads=threads,
-        progress=progress,
+        reference=_reference_run(known, None, means),
+        threads=means.threads,
+        warn=means.warn,
+        progress=means.progress,
     )
     if collector.count == 0:
         raise NothingComputedError(f"nothing was computed: {outcome.message}")
@@ -177,8 +198,7 @@ def _solved_into(
     *,
     resume: bool,
     overwrite: bool,
-    threads: Threads | None,
-    progress: Progress,
+    means: _Means,
 ) -> Solution:
     inputs = RunInputs.of(scenario)
     if (out / SUMMARY_FILE).is_file() and not overwrite:
@@ -200,7 +220,7 @@ def _solved_into(
         if writer.is_complete:
             writer.tidy()
         else:
-            _replay_into(writer, scenario, inputs, threads, progress)
+            _replay_into(writer, scenario, inputs, means)
     return Solution.load(out)
 
 
@@ -208,13 +228,12 @@ def _replay_into(
     writer: SolutionWriter,
     scenario: Scenario,
     inputs: RunInputs,
-    threads: Threads | None,
-    progress: Progress,
+    means: _Means,
 ) -> None:
     """Replay from where the writer's run is to the end, with the inputs that it keeps."""
     for setting, source in inputs.sources.items():
         writer.keep(source, inputs.places[setting])
-    _provide_motion(scenario, inputs, writer, progress)
+    _provide_motion(scenario, inputs, writer, means)
     known = inputs.within(writer.folder)
     cache = writer.folder / ACTIVATIONS_FILE
 
@@ -228,11 +247,12 @@ def _replay_into(
         on_model=writer.model,
         on_increment=writer.commit,
         resume_from=writer.last(),
-        reference=_reference_run(known, writer.folder / REFERENCE_FOLDER, threads, progress),
-        threads=threads,
+        reference=_reference_run(known, writer.folder / REFERENCE_FOLDER, means),
+        threads=means.threads,
+        warn=means.warn,
         activations=read_activations(cache),
         on_activations=found,
-        progress=progress,
+        progress=means.progress,
     )
     if writer.count == 0:
         writer.discard()
@@ -244,9 +264,7 @@ def _replay_into(
     )
 
 
-def _reference_run(
-    scenario: Scenario, folder: Path | None, threads: Threads | None, progress: Progress
-) -> Solution | None:
+def _reference_run(scenario: Scenario, folder: Path | None, means: _Means) -> Solution | None:
     """Return the run whose forces the hand follows; None if it follows the film.
 
     A run that the scenario does not name is made, and kept in ``folder`` if that is given: that of
@@ -273,11 +291,18 @@ def _reference_run(
             package=scenario.filmed_package,
             filmed=None,
         )
-    return solve(filmed, out=folder, resume=folder is not None, threads=threads, progress=progress)
+    return solve(
+        filmed,
+        out=folder,
+        resume=folder is not None,
+        threads=means.threads,
+        warn=means.warn,
+        progress=means.progress,
+    )
 
 
 def _provide_motion(
-    scenario: Scenario, inputs: RunInputs, writer: SolutionWriter, progress: Progress
+    scenario: Scenario, inputs: RunInputs, writer: SolutionWriter, means: _Means
 ) -> None:
     """Put the motion into the run directory, with what pictures need beside it."""
     given = inputs.sources.get(MOTION)
@@ -288,9 +313,12 @@ def _provide_motion(
         return
     kept = writer.folder / inputs.places[MOTION]
     if not kept.is_file():
-        conversion = convert_recording(_recording_of(scenario), kept.parent, progress=progress)
+        conversion = convert_recording(
+            _recording_of(scenario), kept.parent, progress=means.progress
+        )
         for warning in conversion.warnings:
             writer.log(f"recording: {warning}")
+            means.warn(f"recording: {warning}")
     writer.converted(kept)
 
 

@@ -241,6 +241,7 @@ class MadeUpReplay:
         resume_from: Increment | None = None,
         reference: Solution | None = None,
         threads: object = None,
+        warn: object = None,
         progress: object,
         **_: object,
     ) -> Outcome:

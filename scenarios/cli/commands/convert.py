@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 from argparse import Namespace
 from pathlib import Path
 from textwrap import indent
@@ -12,7 +11,7 @@ from geometry2d.foundation.progress import progress_line
 from mocap.convert import ConvertOptions
 from mocap.tracking.marker_file import EXAMPLE
 from scenarios.cli.options import add_out
-from scenarios.cli.parser import Parser
+from scenarios.cli.parser import Parser, warn
 from scenarios.settings.scenario import Recording
 from scenarios.settings.writing import about
 
@@ -34,6 +33,8 @@ def arguments(parser: Parser) -> None:
 
 def run(options: Namespace) -> int:
     """Do it and return the exit code."""
+    from mocap.plausible import doubts
+    from mocap.tracking.marker_file import read_markers
     from scenarios.sip.run import convert_recording
 
     recording = Recording(
@@ -42,11 +43,13 @@ def run(options: Namespace) -> int:
         start_s=options.start,
         end_s=options.end,
     )
+    for doubt in doubts(read_markers(options.markers)):
+        warn(doubt)
     with progress_line("convert") as progress:
         conversion = convert_recording(
             recording, options.out, tracks=options.tracks, fps=options.fps, progress=progress
         )
     for warning in conversion.warnings:
-        sys.stderr.write(f"drinksim: warning: {warning}\n")
+        warn(warning)
     print(f"{conversion.motion.parent}: tracks.csv, motion.csv, boundary_conditions, overlay.mp4")
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import Namespace
 
 from scenarios.cli.options import add_out, add_scenario, add_set, chosen_scenario
-from scenarios.cli.parser import NOT_FINISHED, Parser, complain
+from scenarios.cli.parser import NOT_FINISHED, Parser, complain, warn
 from scenarios.settings.scenario import Numerics
 from scenarios.settings.tables import keys_of
 from scenarios.settings.writing import about
@@ -63,6 +63,7 @@ def run(options: Namespace) -> int:
             out=options.out,
             resume=options.resume,
             overwrite=options.overwrite,
+            warn=warn,
             progress=True,
         )
     except NothingComputedError as error:

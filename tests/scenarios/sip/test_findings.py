@@ -144,15 +144,53 @@ def test_a_neck_with_its_rim_at_the_wrong_end(head, neck):
     assert "rim" in finding.message
 
 
+def test_a_mirrored_drawing_has_its_thread_behind_the_marks(head, neck):
+    flipped = replace(
+        neck, upper_wall=mirrored(neck.upper_wall, 0.0), lower_wall=mirrored(neck.lower_wall, 0.0)
+    )
+    finding = about(found_with(head, flipped, sip(), filmed=neck), "package")
+    assert finding.severity is Severity.ERROR
+    assert "2 of its crests behind the marks" in finding.message
+    for plain in (neck_section(replace(A38_NECK, crests=0)), neck_section(DC_NECK)):
+        assert not any("crests" in f.message for f in found_with(head, plain, sip(), filmed=neck))
+
+
 def mirrored(outline, about_twice):
     corners = outline.sampled(0.4) * [-1.0, 1.0] + [about_twice, 0.0]
     return type(outline).from_corners(corners[::-1], 0.0)
 
 
 def test_a_lip_that_is_never_touched_is_odd(head, neck):
-    found = found_with(head, neck, sip(x=12.0))
-    assert {f.subject for f in found} == {"upper lip", "lower lip"}
+    narrow = neck_section(DC_NECK)
+    found = found_with(head, narrow, sip(y=-3.0), filmed=neck)
+    assert {f.subject for f in found} == {"lower lip"}
     assert {f.severity for f in found} == {Severity.WARNING}
+
+
+def test_a_neck_that_touches_no_lip_contradicts_the_film(head, neck):
+    finding = about(found_with(head, neck, sip(x=12.0)), "motion")
+    assert finding.severity is Severity.ERROR
+    assert "both lips" in finding.message
+
+
+@pytest.mark.parametrize(("unit", "mm"), [("cm", 10.0), ("inch", 40.0)])
+def test_lengths_in_larger_units(head, neck, unit, mm):
+    motion = sip()
+    wrong = replace(motion, shift_mm=motion.shift_mm / mm)
+    finding = about(found_with(head, neck, wrong), "rel_x_mm, rel_y_mm")
+    assert f"these look like {unit}:" in finding.message
+
+
+def test_a_shut_jaw_is_odd(neck):
+    shut = head_section(HeadMeasurements(jaw_opening_deg=0.0))
+    assert about(found_with(shut, neck, sip(x=3.0)), "head").severity is Severity.WARNING
+
+
+def test_marks_that_are_not_those_of_the_filmed_neck_are_odd(head, neck):
+    other = neck_section(replace(A38_NECK, mark_distance_mm=20.0))
+    finding = about(found_with(head, other, sip(), filmed=neck), "package")
+    assert finding.severity is Severity.WARNING
+    assert "20.0 mm apart and those of the filmed one 14.0 mm" in finding.message
 
 
 def test_a_neck_in_the_teeth(head, neck):
