@@ -87,6 +87,7 @@ details { margin: .3rem 0; }
 summary { cursor: pointer; padding: .3rem 0; font-weight: 600; }
 @media (min-width: 60rem) { th[scope=row] { white-space: nowrap; } }
 .many + p { max-width: none; }
+@media (min-width: 100rem) { body { max-width: 96rem; } }
 @media (max-width: 40rem) {
   .sequence { grid-template-columns: repeat(2, 1fr); gap: .7rem; }
   th[scope=row] { min-width: 9.5rem; }
@@ -99,7 +100,7 @@ summary { cursor: pointer; padding: .3rem 0; font-weight: 600; }
   body { background: white; max-width: none; padding: 0; }
   nav, .downloads { display: none; }
   h2, h3 { break-after: avoid; }
-  .run { break-before: page; }
+  .run + .run { break-before: page; }
   figure, .verdict, tr, .sequence li { break-inside: avoid; }
   .verdicts { grid-template-columns: repeat(auto-fit, minmax(22rem, 1fr)); }
   .curves { grid-template-columns: repeat(3, 1fr); }
