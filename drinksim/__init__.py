@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from drinksim import fem as fem
     from drinksim.api import convert as convert
+    from drinksim.api import explore as explore
     from drinksim.api import report as report
     from drinksim.api import study as study
     from drinksim.values import Scenario as Scenario
@@ -31,6 +32,7 @@ _MADE_IN = {
     "Scenario": "drinksim.values",
     "Solution": "drinksim.values",
     "convert": "drinksim.api",
+    "explore": "drinksim.api",
     "library_names": "drinksim.values",
     "load_scenario": "drinksim.values",
     "report": "drinksim.api",
@@ -44,6 +46,7 @@ __all__ = [
     "Solution",
     "__version__",
     "convert",
+    "explore",
     "fem",
     "library_names",
     "load_scenario",

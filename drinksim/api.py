@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from mocap.motion.motion import Motion
     from scenarios.campaign.study import StudyOutcome
     from scenarios.results.solution import Solution
+    from scenarios.views.page.notebook import Explorer
 
 
 class RecordingWarning(UserWarning):
@@ -66,6 +67,31 @@ def convert(
     for text in result.warnings:
         warnings.warn(text, RecordingWarning, stacklevel=2)
     return result.motion
+
+
+def explore(
+    solutions: Solution | Path | str | Sequence[Solution | Path | str], *, height_px: int = 900
+) -> Explorer:
+    """Return the moving part of a report for a notebook: a slider for section, imprint and curves.
+
+    Parameters
+    ----------
+    solutions
+        One, or several, each once; run directories are loaded. Two lie side by side with their
+        difference.
+    height_px
+        Of the frame in the notebook.
+
+    Raises
+    ------
+    DrinksimError
+        If a solution lacks what is to be shown, or if one is given twice.
+    """
+    from scenarios.results.solution import Solution, loaded
+    from scenarios.views.page.notebook import explored
+
+    several = [solutions] if isinstance(solutions, Solution | Path | str) else solutions
+    return explored([loaded(solution) for solution in several], height_px)
 
 
 def report(

@@ -25,6 +25,7 @@ PUBLIC = [
     "Solution",
     "__version__",
     "convert",
+    "explore",
     "fem",
     "library_names",
     "load_scenario",

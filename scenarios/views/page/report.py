@@ -82,15 +82,18 @@ def write_report(
         _repeat(reported),
     ]
     with file_at_once(out) as partial:
-        partial.write_text(_whole(reported, sections), encoding="utf-8")
+        whole = document(reported, joined(_header(reported), tag("main", *sections)))
+        partial.write_text(whole, encoding="utf-8")
 
 
-def _whole(runs: Sequence[Reported], sections: Sequence[Markup]) -> str:
-    """Return the document: what is read, the data of its moving part, and its script."""
+def document(runs: Sequence[Reported], shown: Markup) -> str:
+    """Return a whole page: what is shown, the data of its moving part, and the script.
+
+    ``shown`` holds the moving part once: :func:`scenarios.views.page.explore.explorer`.
+    """
     script = page_script()
     body = joined(
-        _header(runs),
-        tag("main", *sections),
+        shown,
         data_element("moving", moving_page(runs)),
         script_element(script),
     )

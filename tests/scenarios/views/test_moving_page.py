@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import drinksim as ds
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
 from scenarios.views.page.report import write_report
@@ -261,6 +262,19 @@ def test_the_moving_part_fits_the_window(running: Any, pair: Path, width_px: int
     assert tab.evaluate("document.documentElement.scrollWidth") <= width_px
     canvas = tab.locator(".pane .section").first.bounding_box()
     assert canvas["width"] > 280
+
+
+def test_a_notebook_moves_it_in_a_frame(running: Any, run_directory: Path, tmp_path: Path) -> None:
+    shown = ds.explore(run_directory)
+    assert repr(shown) == "<Explorer of made up>"
+    notebook = tmp_path / "notebook.html"
+    notebook.write_text(f"<!doctype html><meta charset=utf-8>{shown._repr_html_()}")
+    visit = opened(running, notebook)
+    frame = visit.tab.frame_locator("iframe")
+    frame.locator("#explore[data-ready]").wait_for(timeout=20_000)
+    frame.locator("#explore .time").press("Home")
+    assert "1.00 s" in frame.locator("#explore .now").inner_text()
+    assert visit.messages == []
 
 
 def test_seven_runs_are_six_screens_and_a_small_file(
