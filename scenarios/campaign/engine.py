@@ -200,7 +200,7 @@ def opened_engine(
         processes=True,
         host="127.0.0.1",
         memory_limit="auto" if memory_mb is None else int(memory_mb * 1e6),
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",
         silence_logs=logging.CRITICAL,
     )
     with cluster, distributed.Client(cluster) as client:
