@@ -4,22 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from geometry2d.foundation.output import file_at_once
 from geometry2d.neck import NeckSection
+from geometry2d.outline import Outline
+from scenarios.messages.verdict import FAILURE, PAIN
 from scenarios.results.quantities import LIPS, Quantity
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import load_scenario
+from scenarios.views.panels import relative_axis
 from scenarios.views.scene import (
     INK,
     LOWER,
+    NECK,
+    NECK_EDGE,
     PAPER,
     PRESSURE_COLOURS,
     QUIET,
@@ -43,14 +49,20 @@ WINDOWS = {
     "lower_lip_pressure_kpa": "lower_lip_window_kpa",
 }
 RUN_COLOURS = (UPPER, LOWER, "#5b8c4a", "#8e4585", "#9a7d2e", "#555b66")
+WARNING = "#9c2f2f"
 IMPRINT_STEP_MM = 0.05
 IMPRINT_REACH_MM = 0.8
 IMPRINT_POINTS = 16
 IMPRINT_MARGIN_MM = 1.0
+CONTOUR_MM = 14.0
+"""How much of a wall is drawn, from its opening."""
 
 
 def plot_histories(runs: Sequence[Path], out: Path) -> None:
-    """Draw the five histories of one or several runs against relative time, one below the other.
+    """Draw the five histories of one or several runs, one below the other.
+
+    One run is drawn against time in seconds, with relative time as a second axis; several are drawn
+    against relative time. Thresholds of pain and tearing are drawn where they are.
 
     Parameters
     ----------
@@ -72,10 +84,17 @@ def plot_histories(runs: Sequence[Path], out: Path) -> None:
         for solution, colour in zip(solutions, _colours(len(solutions)), strict=True):
             _history(axes, solution, name, colour, alone=len(solutions) == 1)
         _finish(axes, title, solutions[0][name].quantity)
+        _threshold(axes, name)
     for text in panels[0].legend(loc="best", frameon=False, fontsize=10).get_texts():
         text.set_parse_math(False)  # a name may hold dollars
-    panels[-1].set_xlabel("relative time", color=INK, size=11)
-    panels[-1].set_xlim(0.0, 1.0)
+    start, end = solutions[0].time_s[[0, -1]].tolist()
+    if len(solutions) == 1 and end > start:
+        panels[-1].set_xlabel("time, s", color=INK, size=11)
+        panels[-1].set_xlim(start, end)
+        relative_axis(panels[0], start, end, size=10)
+    else:
+        panels[-1].set_xlabel("relative time", color=INK, size=11)
+        panels[-1].set_xlim(0.0, 1.0)
     with file_at_once(out) as partial:
         figure.savefig(partial, facecolor=PAPER)
 
@@ -97,15 +116,51 @@ def plot_imprint(run: Path, out: Path) -> None:
     """
     solution = Solution.load(run)
     neck = load_scenario(str(run / "scenario.toml")).package.section()
-    figure = Figure(figsize=(9.0, 7.0), dpi=DPI, facecolor=PAPER, layout="constrained")
+    figure = Figure(figsize=(9.0, 9.6), dpi=DPI, facecolor=PAPER, layout="constrained")
     FigureCanvasAgg(figure)
-    imprint_maps(figure, solution, neck)
+    # The annotation tells of one subfigure.
+    maps, contour = cast(Any, figure.subfigures(2, 1, height_ratios=[7.0, 2.6]))
+    figure.suptitle(
+        f"{solution.name}: pressure along the neck's contour", color=INK, parse_math=False
+    )
+    imprints = imprint_maps(maps, solution, neck)
+    highest = upper_limit(float(pressure.max()) for _, pressure in imprints.values())
+    for axes, lip in zip(contour.subplots(1, 2), LIPS, strict=True):
+        _draw_contour(axes, neck, lip, imprints[lip], highest)
     with file_at_once(out) as partial:
         figure.savefig(partial, facecolor=PAPER)
 
 
+def _draw_contour(
+    axes: Axes, neck: NeckSection, lip: str, imprinted: tuple[Array, Array], highest_kpa: float
+) -> None:
+    """Draw a wall near the opening, and on its contour the highest pressure at each place."""
+    wall: Outline = getattr(neck, f"{lip}_wall")
+    arc, pressure = imprinted
+    line, most = wall.sampled(0.1), pressure.max(axis=0)
+    axes.fill(*line.T, facecolor=NECK, edgecolor=NECK_EDGE, lw=0.8, alpha=0.4)
+    x, y = wall.point_at(np.mod(arc[most > 0], wall.length))[0].T
+    axes.scatter(
+        x, y, s=30, c=most[most > 0], cmap=PRESSURE_COLOURS, vmin=0.0, vmax=highest_kpa, zorder=3
+    )
+    outside = 1 if lip == "upper" else -1
+    left = float(line[:, 0].min())
+    for name, (start, end) in getattr(neck, f"{lip}_stretches").items():
+        middle = wall.point_at(np.array([np.mod((start + end) / 2, wall.length)]))[0][0]
+        if middle[0] < left + CONTOUR_MM:
+            axes.annotate(
+                name.replace("_", " "), (middle[0], middle[1]), xytext=(0, 16 * outside), size=9,
+                color=QUIET, textcoords="offset points", ha="center", va="center",
+            )  # fmt: skip
+    middle_y = float(line[:, 1].mean())
+    axes.set(xlim=(left - 1.0, left + CONTOUR_MM), ylim=(middle_y - 4.0, middle_y + 4.0))
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.set_title(f"{lip} wall: highest pressure", size=11, color=INK, loc="left")
+
+
 def imprint_maps(
-    figure: Figure, solution: Solution, neck: NeckSection, *, highest_kpa: float | None = None
+    figure: FigureBase, solution: Solution, neck: NeckSection, *, highest_kpa: float | None = None
 ) -> dict[str, tuple[Array, Array]]:
     """Draw on ``figure`` how each lip presses along the neck's contour, against time.
 
@@ -130,6 +185,7 @@ def imprint_maps(
         _name_stretches(axes, getattr(neck, f"{lip}_stretches"))
         _quiet(axes)
     panels[-1].set_xlabel("time, s", color=INK, size=11)
+    relative_axis(panels[0], *solution.time_s[[0, -1]].tolist(), size=10)
     bar = figure.colorbar(image, ax=list(panels), pad=0.02, aspect=40)
     bar.set_label("contact pressure, kPa", color=INK, size=11)
     bar.ax.tick_params(labelsize=10, colors=INK, length=3)
@@ -191,7 +247,8 @@ def _name_stretches(axes: Axes, stretches: Mapping[str, tuple[float, float]]) ->
 
 
 def _history(axes: Axes, solution: Solution, name: str, colour: str, *, alone: bool) -> None:
-    time = solution["relative_time"].values
+    several = not alone or solution.time_s.size == 1
+    time = solution["relative_time"].values if several else solution.time_s
     label = solution.name
     axes.plot(time, solution[name].values, color=colour, lw=1.8, label=label)
     window = WINDOWS.get(name)
@@ -201,6 +258,21 @@ def _history(axes: Axes, solution: Solution, name: str, colour: str, *, alone: b
         axes.plot([], [], color=colour, lw=1.8, label="two highest elements")
         handles, labels = axes.get_legend_handles_labels()
         axes.legend(handles[1:], labels[1:], loc="best", frameon=False, fontsize=10)
+
+
+def _threshold(axes: Axes, name: str) -> None:
+    """Draw the threshold of a history if it lies within the axis, and say where it is."""
+    if name in WINDOWS:
+        low, words = PAIN.low, f"pain from {PAIN.low:.0f} kPa"
+    elif name == "dermis_max_log_strain":
+        low, words = FAILURE.low, f"skin tears at {FAILURE.low:.2f}"
+    else:
+        return
+    top = axes.get_ylim()[1]
+    if low < top:
+        axes.axhline(low, color=WARNING, lw=1.2)
+    said = words if low < top else f"{words}, above ↑"
+    axes.set_title(said, color=WARNING, size=10, loc="right", pad=2)
 
 
 def _colours(count: int) -> list[str]:
