@@ -23,7 +23,7 @@ class RecordingWarning(UserWarning):
 def convert(
     video: Path | str,
     *,
-    markers: Path | str,
+    markers: Path | str | None = None,
     out: Path | str | None = None,
     start_s: float | None = None,
     end_s: float | None = None,
@@ -38,7 +38,7 @@ def convert(
     Parameters
     ----------
     video, markers
-        The recording, and the file that says where its markers are.
+        The recording, and the file that says where its markers are; coded stickers need none.
     out
         A directory for tables, chart and overlay too; None writes nothing.
     start_s, end_s, tracks, fps

@@ -19,12 +19,13 @@ from mocap.formats.marker_table import ExchangeError, text_of
 from mocap.formats.trc import write_trc
 from mocap.measurement import Measurement, measure
 from mocap.motion.motion import Motion
+from mocap.motion.out_of_plane_file import write_out_of_plane
 from mocap.motion.projection import PictureFormat
 from mocap.motion.scale import BodyScale
 from mocap.plausible import distance_warnings, refuse_implausible, refuse_impossible_lens
-from mocap.tracking.follow import follow
+from mocap.tracking.follow import follow, stickers_in
 from mocap.tracking.marker_file import read_markers
-from mocap.tracking.markers import MarkerFile
+from mocap.tracking.markers import MarkerFile, markers_of_stickers
 from mocap.tracking.noise import with_temporal_noise
 from mocap.tracking.tracks import Tracks, read_tracks
 from mocap.video.frames import Video
@@ -102,7 +103,7 @@ class ConvertResult:
 
 def convert(
     video: Path | str,
-    markers: Path | str,
+    markers: Path | str | None = None,
     *,
     out: Path | str | None = None,
     start_s: float | None = None,
@@ -116,7 +117,8 @@ def convert(
     Parameters
     ----------
     video, markers
-        The recording and its marker file.
+        The recording and its marker file; without one, the coded stickers seen in the film are
+        the markers.
     out
         A directory to write with :func:`write_conversion`; None writes nothing.
     start_s, end_s, tracks, fps
@@ -136,7 +138,11 @@ def convert(
         check_replaceable(Path(out))
     with chosen_progress(progress, "convert") as show:
         last = 1.0 if out is None else TRACKING_SHARE
-        marker_file = read_markers(markers)
+        if markers is not None:
+            marker_file = read_markers(markers)
+        else:
+            seen = stickers_in(Video(video, fps=fps), start_s=start_s, end_s=end_s)
+            marker_file = markers_of_stickers(seen)
         given = given_tracks(tracks) if tracks is not None else None
         film = Video(video, fps=fps)
         picture = PictureFormat(film.info.width, film.info.height, film.info.pixel_aspect)
@@ -187,6 +193,8 @@ def write_conversion(
         measured.motion.plot().savefig(folder / "motion.png", dpi=110)
         tables = folder / "boundary_conditions"
         write_boundary_conditions(measured.motion, tables)
+        if measured.capture.out_of_plane:
+            write_out_of_plane(measured.capture, folder / "out_of_plane.csv")
         table = motion_table(measured.motion, markers)
         write_trc(table, tables / "motion.trc")
         if table.even:

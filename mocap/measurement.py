@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap.motion.capture import Capture, capture
+from mocap.motion.coded import coded_bodies
 from mocap.motion.motion import Motion
 from mocap.motion.phases import LipAtRim, lip_at_rim
 from mocap.motion.projection import PictureFormat, axis_px, corrected
@@ -60,9 +61,11 @@ def measure(tracks: Tracks, markers: MarkerFile, picture: PictureFormat) -> Meas
     """
     flat = corrected(tracks.position_px, markers, picture)
     centre = corrected(axis_px(markers.lens, picture), markers, picture)
-    scales = body_scales(tracks, markers, flat)
+    coded = coded_bodies(tracks, markers, picture)
+    of_stickers = {body: poses.scale for body, poses in coded.items()}
+    scales = body_scales(tracks, markers, flat, of_stickers)
     world = positions_mm(flat, tracks.names, markers, scales, centre)
-    captured = capture(tracks, markers, world, scales)
+    captured = capture(tracks, markers, world, scales, coded)
     lip = _lip(captured, tracks, markers, scales, picture, centre)
     return Measurement(tracks, scales, captured, lip, flat, centre)
 

@@ -25,6 +25,7 @@ FLOORS = (
     "geometry2d.views",
     "mocap",
     "mocap.video",
+    "mocap.stickers",
     "mocap.tracking",
     "mocap.motion",
     "mocap.formats",

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.rigid import rotated
+from mocap.motion.coded import CodedBody, OutOfPlanePose, plane_poses, pose_known
 from mocap.motion.motion import MarkedBody, Motion
 from mocap.motion.picture import PictureScale
 from mocap.motion.poses import Poses, body_poses, usable_rows
@@ -42,6 +43,8 @@ class Capture:
         Smoothed coordinates by ``<body>_<coordinate>``.
     others
         Poses of the other bodies, such as the jaw, whose skin slides.
+    out_of_plane
+        Depth and tilt of the bodies that carry coded stickers, by body.
     """
 
     motion: Motion
@@ -50,6 +53,7 @@ class Capture:
     poses: Mapping[str, Poses]
     smoothing: Mapping[str, Smoothed]
     others: Mapping[str, Poses]
+    out_of_plane: Mapping[str, OutOfPlanePose]
 
 
 def capture(
@@ -57,6 +61,7 @@ def capture(
     markers: MarkerFile,
     world_mm: Array,
     scales: Mapping[str, BodyScale],
+    coded: Mapping[str, CodedBody],
 ) -> Capture:
     """Return the smoothed motion of both bodies and of the package seen from the head.
 
@@ -70,14 +75,22 @@ def capture(
         (n, m, 2) marker positions, mm from the camera's axis, y up.
     scales
         Scale of each body, for its standard error.
+    coded
+        Poses in space of the bodies that carry coded stickers.
     """
-    rows = usable_rows(tracks, markers)
+    known = {body: pose_known(poses.spatial, tracks.time_s) for body, poses in coded.items()}
+    rows = usable_rows(tracks, markers, known)
     time = tracks.time_s[rows]
     poses: dict[str, Poses] = {}
     smoothing: dict[str, Smoothed] = {}
     smooth: list[_SmoothPose] = []
+    out_of_plane: dict[str, OutOfPlanePose] = {}
     for body in (markers.reference, markers.moving):
-        pose = _poses_of(body, markers.bodies[body], tracks, world_mm, scales[body], rows)
+        names = markers.bodies[body]
+        if body in coded:
+            pose, out_of_plane[body] = plane_poses(body, names, coded[body], time, rows)
+        else:
+            pose = _poses_of(body, names, tracks, world_mm, scales[body], rows)
         columns = [tracks.names.index(name) for name in pose.markers]
         same = repeats(tracks.position_px[rows][:, columns])
         poses[body] = pose
@@ -107,6 +120,7 @@ def capture(
         poses=poses,
         smoothing=smoothing,
         others=_other_poses(tracks, markers, world_mm, scales, rows),
+        out_of_plane=out_of_plane,
     )
 
 
@@ -134,14 +148,19 @@ class _SmoothPose:
                 # Angles count from the first frame: its error is in all others, zero in itself.
                 angle = name == "theta_rad"
                 sigma = smooth.sigma_since_first if angle else smooth.sigma
-                ratio[:, k] = sigma / np.sqrt(pose.covariance[:, k, k])
+                # Errors that frames share are lessened by smoothing only over more frames than
+                # those; a difference of two frames has at most both their errors.
+                most = np.sqrt(2.0) if angle else 1.0
+                own = sigma / np.sqrt(pose.covariance[:, k, k])
+                together = np.minimum(own * np.sqrt(pose.persistence), np.maximum(own, most))
+                ratio[:, k] = together
         start = float(values[0, 2])
         axis = pose.axis_rad + start if pose.turns else None
         return cls(
             MarkedBody(pose.body, pose.markers, axis),
             values[:, :2],
             values[:, 2] - start,
-            pose.covariance * ratio[:, :, None] * ratio[:, None, :],
+            pose.covariance * ratio[:, :, None] * ratio[:, None, :] + pose.shared_covariance,
         )
 
 
@@ -150,7 +169,11 @@ def _smoothed_coordinates(time: Array, pose: Poses, same: Array) -> dict[str, Sm
     raw = np.column_stack([pose.position_mm, pose.angle_rad])
     return {
         f"{pose.body}_{name}": smoothed(
-            time, raw[:, k], np.sqrt(pose.covariance[:, k, k]), repeats=same
+            time,
+            raw[:, k],
+            np.sqrt(pose.covariance[:, k, k]),
+            repeats=same,
+            noise_known=pose.noise_known,
         )
         for k, name in enumerate(COORDINATES)
         if name != "theta_rad" or pose.turns

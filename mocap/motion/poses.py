@@ -9,7 +9,9 @@ no single frame's noise enters all angles.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -42,7 +44,9 @@ class Poses:
     angle_rad
         (n,) rotation since the first frame, rad.
     covariance
-        (n, 3, 3) covariance of (x, y, angle).
+        (n, 3, 3) covariance of (x, y, angle): the part that differs from frame to frame.
+    shared_covariance
+        (n, 3, 3) the part that neighbouring frames share, which smoothing does not lessen.
     residual_mm
         (n,) RMS distance of the markers from the fitted shape, mm; nan where a marker is
         interpolated.
@@ -50,6 +54,11 @@ class Poses:
         The same as the standard errors let expect.
     turns
         Whether the rotation is known; False for a single marker.
+    noise_known
+        Whether the covariance is that of the noise, told from motion by what a rigid body's marks
+        do not share.
+    persistence
+        How many neighbouring frames share an error: so many count as one measurement.
     axis_rad
         Direction from the first to the last marker at ``angle_rad`` zero, counter-clockwise from
         the world's x, from all frames together; 0 for a single marker.
@@ -60,10 +69,13 @@ class Poses:
     position_mm: Array
     angle_rad: Array
     covariance: Array
+    shared_covariance: Array
     residual_mm: Array
     expected_residual_mm: float
     turns: bool
     axis_rad: float
+    noise_known: bool = False
+    persistence: float = 1.0
 
     @property
     def residual_rms_mm(self) -> float:
@@ -77,8 +89,20 @@ class Poses:
         return self.residual_rms_mm <= limit
 
 
-def usable_rows(tracks: Tracks, markers: MarkerFile) -> slice:
-    """Return the longest interval of frames in which both bodies have all their markers.
+def usable_rows(
+    tracks: Tracks,
+    markers: MarkerFile,
+    known: Mapping[str, NDArray[np.bool_]] = MappingProxyType({}),
+) -> slice:
+    """Return the longest interval of frames in which the poses of both bodies are known.
+
+    Parameters
+    ----------
+    tracks, markers
+        The tracks, and the marker file for the bodies.
+    known
+        (n,) in which frames a body's pose is known, for bodies that need not show all their
+        markers.
 
     Raises
     ------
@@ -86,8 +110,11 @@ def usable_rows(tracks: Tracks, markers: MarkerFile) -> slice:
         If it is shorter than two frames.
     """
     needed = [*markers.bodies[markers.reference], *markers.bodies[markers.moving]]
-    columns = [tracks.names.index(name) for name in needed]
-    complete = np.isfinite(tracks.position_px[:, columns, 0]).all(axis=1)
+    complete = np.ones(tracks.frame.size, bool)
+    for body in (markers.reference, markers.moving):
+        columns = [tracks.names.index(name) for name in markers.bodies[body]]
+        every = np.isfinite(tracks.position_px[:, columns, 0]).all(axis=1)
+        complete &= known.get(body, every)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], complete, [False]]).astype(int)))
     if edges.size == 0:
         never = [name for name in needed if not tracks.known(name).any()]
@@ -144,6 +171,7 @@ def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm:
         position_mm=np.column_stack([rigid[:, 0].real, rigid[:, 0].imag]),
         angle_rad=angle - angle[0],
         covariance=covariance,
+        shared_covariance=np.zeros_like(covariance),
         residual_mm=np.where(
             (sigma_mm > INTERPOLATED * np.median(sigma_mm, axis=0)).any(axis=1),
             np.nan,

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -69,7 +70,12 @@ class BodyScale:
     flattening: Flattening
 
 
-def body_scales(tracks: Tracks, markers: MarkerFile, flat: Array) -> dict[str, BodyScale]:
+def body_scales(
+    tracks: Tracks,
+    markers: MarkerFile,
+    flat: Array,
+    coded: Mapping[str, BodyScale] = MappingProxyType({}),
+) -> dict[str, BodyScale]:
     """Return the scale of every body from marks of known distance.
 
     Parameters
@@ -80,6 +86,8 @@ def body_scales(tracks: Tracks, markers: MarkerFile, flat: Array) -> dict[str, B
         The marker file, for distances in mm.
     flat
         (n, m, 2) corrected marker positions, px.
+    coded
+        Scales of the bodies that carry coded stickers.
 
     Raises
     ------
@@ -89,7 +97,8 @@ def body_scales(tracks: Tracks, markers: MarkerFile, flat: Array) -> dict[str, B
     own = {
         body: _scale_of_pair(tracks, flat, markers.bodies[body][:2], length, markers, body)
         for body, length in markers.scale_mm.items()
-    }
+        if body not in coded
+    } | dict(coded)
     # Other bodies, such as the jaw, are about as deep as the reference body.
     deep = own.get(markers.reference) or own[markers.moving]
     return {body: own.get(body, deep) for body in markers.bodies}

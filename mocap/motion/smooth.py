@@ -14,7 +14,8 @@ maximum likelihood") minimise
 
     (m − 3) log Q + log det(W + λP) − (n − 3) log λ,   Q = Σ w y (y − z),
 
-with m the number of samples of nonzero weight. This choice leaves slightly more noise than one by
+with m the number of samples of nonzero weight; if the noise is known, s is one and Q takes the
+place of (m − 3) log Q. This choice leaves slightly more noise than one by
 least estimated error (Mallows' Cp, cross-validation), and less bias at the ends. The bias at the
 first frame enters all angles, which count from there. The band of the inverse is computed exactly
 in O(n) (Hutchinson and de Hoog 1985). The standard errors of the curve are those of Wahba (1983),
@@ -84,6 +85,7 @@ def smoothed(
     *,
     repeats: ArrayLike = 1.0,
     cutoff_hz: float | None = None,
+    noise_known: bool = False,
 ) -> Smoothed:
     """Return a signal smoothed with the cutoff of greatest likelihood.
 
@@ -95,6 +97,9 @@ def smoothed(
         (n,) number of samples that share each sample's error; together they count as one.
     cutoff_hz
         Cutoff frequency, Hz; None: chosen from the signal.
+    noise_known
+        Whether the standard errors are those of the noise, so that all other variation is signal.
+        Otherwise they only weigh the samples, and the noise is estimated with the cutoff.
 
     Raises
     ------
@@ -125,7 +130,8 @@ def smoothed(
     mean_weight = 1 / usual**2
     cutoffs = [cutoff_hz] if cutoff_hz else _cutoffs(time, unit)
     trials = [
-        (_score(signal, weight, penalty, _stiffness(f, unit, mean_weight)), f) for f in cutoffs
+        (_score(signal, weight, penalty, _stiffness(f, unit, mean_weight), noise_known), f)
+        for f in cutoffs
     ]
     _, best = min(trials)
     return _solution(time, signal, weight, penalty, best, _stiffness(best, unit, mean_weight))
@@ -177,13 +183,16 @@ def _solution(
     )
 
 
-def _score(signal: Array, weight: Array, penalty: Array, stiffness: float) -> float:
+def _score(
+    signal: Array, weight: Array, penalty: Array, stiffness: float, noise_known: bool
+) -> float:
     """Return −2 log likelihood of one λ, up to a constant."""
     curve, _, factor = _fit(signal, weight, penalty, stiffness)
     residual = max(float(np.sum(weight * signal * (signal - curve))), 1e-300)
     determinant = 2.0 * float(np.sum(np.log(factor[0])))
     freedom = int(np.count_nonzero(weight)) - ORDER
-    likelihood = freedom * np.log(residual) + determinant
+    misfit = residual if noise_known else freedom * np.log(residual)
+    likelihood = misfit + determinant
     return float(likelihood - (signal.size - ORDER) * np.log(stiffness))
 
 

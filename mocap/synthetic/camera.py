@@ -105,7 +105,7 @@ class Camera:
     @property
     def rotation(self) -> Array:
         """Matrix (3, 3) from world axes (x right, y up, z to the camera) to camera axes."""
-        return _axis_angle_matrix(np.radians(self.turn_deg)) @ np.diag([1.0, -1.0, -1.0])
+        return axis_angle_matrix(np.radians(self.turn_deg)) @ np.diag([1.0, -1.0, -1.0])
 
     def project(self, points_mm: ArrayLike, depth_mm: ArrayLike = 0.0) -> Array:
         """Return px (..., 2) of world points (..., 2) at depth z (towards the camera).
@@ -183,7 +183,7 @@ class Sensor:
         return np.asarray(colour, np.float32) ** np.float32(self.gamma)
 
 
-def _axis_angle_matrix(vector: Array) -> Array:
+def axis_angle_matrix(vector: Array) -> Array:
     """Return the rotation matrix (3, 3) of an axis-angle vector, rad (Rodrigues' formula)."""
     angle = float(np.linalg.norm(vector))
     if angle == 0:

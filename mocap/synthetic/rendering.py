@@ -17,7 +17,6 @@ from collections.abc import Iterable, Iterator, Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from geometry2d.rigid import RigidPlacement
 from mocap.synthetic.camera import Camera, Image, LinearImage, Sensor, SyntheticError
 from mocap.synthetic.scene import Light, Scene, SceneBody, ScenePolygon
 from mocap.synthetic.truth import MarkerTruth, Truth
@@ -81,8 +80,8 @@ def exposure_instants(scene: Scene, camera: Camera, time_s: float) -> Array:
     for body in scene.bodies:
         if not body.all_shapes():
             continue
-        before, after = body.motion.at(time_s - half), body.motion.at(time_s + half)
-        moved = _projected(body, after, camera)[0] - _projected(body, before, camera)[0]
+        ends = [_projected(body, time_s + sign * half, camera)[0] for sign in (-1, 1)]
+        moved = ends[1] - ends[0]
         path = max(path, float(np.hypot(*moved.T).max()))
     number = int(np.clip(np.ceil(path / _STEP_PX), 1, _MOST_INSTANTS))
     return time_s - half + camera.exposure_s * (np.arange(number) + 0.5) / number
@@ -91,15 +90,14 @@ def exposure_instants(scene: Scene, camera: Camera, time_s: float) -> Array:
 def truth_at(scene: Scene, camera: Camera, time_s: float, frame: int) -> Truth:
     """Return the positions of markers and bodies in the exposure around a time, s."""
     instants = exposure_instants(scene, camera, time_s)
-    outlines = [_outlines(body, body.motion.at(time_s), camera) for body in scene.bodies]
+    outlines = [_outlines(body, time_s, camera) for body in scene.bodies]
     markers: dict[str, MarkerTruth] = {}
     for number, body in enumerate(scene.bodies):
-        places = [body.motion.at(float(t)) for t in instants]
         covers = [pair for later in outlines[number + 1 :] for pair in later]
         base = dict(outlines[number])
         for marker in body.markers:
-            path = np.array([p.apply(marker.at_mm) for p in places])
-            x, y = camera.project(path, marker.depth_mm).mean(axis=0)
+            places = [body.placed([marker.at_mm], marker.depth_mm, float(t)) for t in instants]
+            x, y = np.mean([camera.project(*place)[0] for place in places], axis=0)
             seen = _visible_fraction(base[marker.shapes[0]], covers, camera)
             markers[marker.name] = MarkerTruth(float(x), float(y), seen)
     placements = {body.name: body.motion.at(time_s) for body in scene.bodies}
@@ -110,9 +108,8 @@ def _light_at(scene: Scene, camera: Camera, sensor: Sensor, time_s: float) -> Li
     picture: LinearImage = np.empty((camera.height, camera.width, 3), np.float32)
     picture[:] = sensor.linear(scene.background)
     for body in scene.bodies:
-        placement = body.motion.at(time_s)
         named: dict[str, tuple[PixelWindow, NDArray[np.float32]]] = {}
-        for shape, corners in _outlines(body, placement, camera):
+        for shape, corners in _outlines(body, time_s, camera):
             softness = shape.softness_mm * camera.pixels_per_mm(shape.depth_mm)
             window = PixelWindow.around(corners, 3 * softness, camera)
             if shape.inside is not None:
@@ -145,25 +142,21 @@ def _named(
     return named[shape.inside]
 
 
-def _outlines(
-    body: SceneBody, placement: RigidPlacement, camera: Camera
-) -> list[tuple[ScenePolygon, Array]]:
+def _outlines(body: SceneBody, time_s: float, camera: Camera) -> list[tuple[ScenePolygon, Array]]:
     """Return the body's shapes in order with their corners in the picture, px."""
     if not body.all_shapes():
         return []
-    corners, ends = _projected(body, placement, camera)
+    corners, ends = _projected(body, time_s, camera)
     return list(zip(body.all_shapes(), np.split(corners, ends[:-1]), strict=True))
 
 
-def _projected(
-    body: SceneBody, placement: RigidPlacement, camera: Camera
-) -> tuple[Array, NDArray[np.intp]]:
+def _projected(body: SceneBody, time_s: float, camera: Camera) -> tuple[Array, NDArray[np.intp]]:
     """Return the concatenated corners of all shapes, px, and the end of each shape in them."""
     shapes = body.all_shapes()
     sizes = [len(shape.corners_mm) for shape in shapes]
-    corners = placement.apply(np.concatenate([shape.corners_mm for shape in shapes]))
+    corners = np.concatenate([shape.corners_mm for shape in shapes])
     depth = np.repeat([shape.depth_mm for shape in shapes], sizes)
-    return camera.project(corners, depth), np.cumsum(sizes)
+    return camera.project(*body.placed(corners, depth, time_s)), np.cumsum(sizes)
 
 
 def _illumination(light: Light, camera: Camera) -> LinearImage:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from geometry2d.rigid import RigidMotion
-from mocap.synthetic.camera import Colour, SyntheticError
+from mocap.stickers.codes import CELLS, MARGIN_CELLS, code_of
+from mocap.synthetic.camera import Colour, SyntheticError, axis_angle_matrix
 
 Array = NDArray[np.float64]
 
@@ -115,6 +116,78 @@ class Marker:
         sticker = ScenePolygon(square, colours[0], depth_mm=depth_mm)
         return cls(name, at_mm, (sticker, disc(at_mm, radius_mm, colours[1], depth_mm)), depth_mm)
 
+    @classmethod
+    def coded(
+        cls,
+        name: str,
+        at_mm: tuple[float, float],
+        *,
+        side_mm: float = 12.0,
+        turn_deg: float = 0.0,
+        colours: tuple[Colour, Colour] = (WHITE, BLACK),
+        depth_mm: float = 0.0,
+    ) -> Marker:
+        """Return the coded sticker of a standard marker, turned counter-clockwise by an angle."""
+        cell = side_mm / CELLS
+        half = side_mm / 2
+        angle = np.radians(turn_deg)
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+        def rectangle(left: float, bottom: float, width: float, height: float) -> Array:
+            corners = np.array([[0, 0], [width, 0], [width, height], [0, height]])
+            return np.asarray((corners + np.array([left, bottom])) @ turn.T + at_mm)
+
+        whole = half + MARGIN_CELLS * cell
+        paper = ScenePolygon(
+            rectangle(-whole, -whole, 2 * whole, 2 * whole), colours[0], depth_mm=depth_mm
+        )
+        square = ScenePolygon(
+            rectangle(-half, -half, side_mm, side_mm), colours[1], depth_mm=depth_mm
+        )
+        light = [
+            ScenePolygon(
+                rectangle(
+                    -half + first * cell, half - (row + 1) * cell, (last - first) * cell, cell
+                ),
+                colours[0],
+                depth_mm=depth_mm,
+            )
+            for row, cells in enumerate(~code_of(name, side_mm).dark)
+            for first, last in _runs(cells)
+        ]
+        return cls(name, at_mm, (paper, square, *light), depth_mm)
+
+
+@dataclass(frozen=True, eq=False)
+class OutOfPlane:
+    """Turn of a body out of the world plane and its motion in depth, linear between instants.
+
+    Parameters
+    ----------
+    time_s
+        (n,) increasing times, s.
+    turn_deg
+        (n, 2) rotation about the world's x and y, an axis-angle vector, degrees. It follows the
+        rotation in the plane and leaves the pivot in place.
+    depth_mm
+        (n,) displacement towards the camera, mm.
+    pivot_mm
+        (x, y) of the pivot in the body's own coordinates and its height above the plane, mm.
+    """
+
+    time_s: Array
+    turn_deg: Array
+    depth_mm: Array
+    pivot_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def turn_at(self, time_s: float) -> Array:
+        """Return the rotation (2,) at a time, degrees."""
+        return np.array([np.interp(time_s, self.time_s, self.turn_deg[:, k]) for k in (0, 1)])
+
+    def depth_at(self, time_s: float) -> float:
+        """Return the displacement in depth at a time, mm."""
+        return float(np.interp(time_s, self.time_s, self.depth_mm))
+
 
 @dataclass(frozen=True)
 class SceneBody:
@@ -124,6 +197,22 @@ class SceneBody:
     motion: RigidMotion
     shapes: tuple[ScenePolygon, ...] = ()
     markers: tuple[Marker, ...] = ()
+    out_of_plane: OutOfPlane | None = None
+
+    def placed(
+        self, points_mm: ArrayLike, depth_mm: ArrayLike, time_s: float
+    ) -> tuple[Array, Array]:
+        """Return where points of the body are at a time: (n, 2) in the plane and (n,) depth, mm."""
+        placement = self.motion.at(time_s)
+        plane = placement.apply(points_mm)
+        depth = np.broadcast_to(np.asarray(depth_mm, float), plane.shape[:-1])
+        if self.out_of_plane is None:
+            return plane, depth
+        x, y, height = self.out_of_plane.pivot_mm
+        pivot = np.append(placement.apply((x, y)), height)
+        turn = axis_angle_matrix(np.radians([*self.out_of_plane.turn_at(time_s), 0.0]))
+        turned = (np.concatenate([plane, depth[..., None]], axis=-1) - pivot) @ turn.T + pivot
+        return turned[..., :2], turned[..., 2] + self.out_of_plane.depth_at(time_s)
 
     def all_shapes(self) -> tuple[ScenePolygon, ...]:
         """Return all shapes in order; those of the markers are last."""
@@ -170,3 +259,9 @@ def disc(
     radius = radius_mm * np.sqrt(2 * np.pi / (96 * np.sin(2 * np.pi / 96)))
     corners = np.column_stack([np.cos(angle), np.sin(angle)]) * radius + centre_mm
     return ScenePolygon(corners, colour, depth_mm=depth_mm)
+
+
+def _runs(marked: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return first index and end of each run of marked cells (n,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(int)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

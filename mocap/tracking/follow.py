@@ -1,13 +1,15 @@
-"""Markers of one video, located in the first used frame and followed to the last one."""
+"""Markers of one video: dots from the first used frame on, coded stickers wherever they appear."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from geometry2d.foundation.progress import Progress
+from mocap.stickers.detect import find_stickers
+from mocap.stickers.follow import StickerTracker, StickerTracks
 from mocap.tracking.errors import TrackingError
 from mocap.tracking.link import Guide, Tracker
 from mocap.tracking.locate import fit_near, locate_markers
@@ -19,6 +21,19 @@ from mocap.video.frames import Frame, Video
 HAND_SIGMA_PX = 0.5
 # Times of a frame in a table and in the video may differ by this (s), for rounding.
 TIME_TOLERANCE_S = 1e-3
+# Stickers are looked for in every frame of this number when no marker file names them.
+LOOK_EVERY = 10
+
+
+def stickers_in(
+    video: Video, *, start_s: float | None = None, end_s: float | None = None
+) -> frozenset[str]:
+    """Return the markers whose coded stickers are seen in a video."""
+    names: set[str] = set()
+    for number, frame in enumerate(video.frames(start_s=start_s, end_s=end_s)):
+        if number % LOOK_EVERY == 0:
+            names |= find_stickers(frame.image).keys()
+    return frozenset(names)
 
 
 def follow(
@@ -57,16 +72,23 @@ def follow(
     """
     _check_names(given, markers)
     tracker: Tracker | None = None
+    dots = [name for name in markers.names if name not in markers.coded]
+    stickers = StickerTracker(tuple(name for name in markers.names if name in markers.coded))
+    placed: list[_PlacedByHand] = []
     for frame in video.frames(start_s=start_s, end_s=end_s):
         guides = _guides(given, frame)
-        if tracker is None:
-            tracker = _started(frame, markers, guides)
-        tracker.process(frame.index, frame.time_s, frame.image, guides=guides)
+        by_hand = {name: guides.pop(name) for name in stickers.names if name in guides}
+        placed.append(_PlacedByHand(frame.index, frame.time_s, by_hand))
+        if dots:
+            if tracker is None:
+                tracker = _started(frame, markers, guides)
+            tracker.process(frame.index, frame.time_s, frame.image, guides=guides)
+        if stickers.names:
+            stickers.process(frame.time_s, frame.image)
         if progress is not None:
             announced = video.info.declared_frames
             progress(video.decoded / announced if announced else 0.0, "tracking the markers")
-    assert tracker is not None
-    tracks = tracker.tracks()
+    tracks = _together(tracker.tracks() if tracker else None, stickers.tracks(), placed, markers)
     if len(tracks.frame) < 2:
         why = "only one frame is used; a motion needs at least two: widen --start and --end"
         if start_s is None and end_s is None:
@@ -80,12 +102,61 @@ def follow(
     return _without(tracks, video.timing.distrusted, given)
 
 
+@dataclass(frozen=True)
+class _PlacedByHand:
+    """Number and time of a frame, and the stickers whose centres a table places there."""
+
+    index: int
+    time_s: float
+    guides: dict[str, Guide]
+
+
+def _together(
+    dots: Tracks | None,
+    stickers: StickerTracks,
+    placed: list[_PlacedByHand],
+    markers: MarkerFile,
+) -> Tracks:
+    """Return the tracks of dots and stickers in the order of the marker file."""
+    n, m = len(placed), len(markers.names)
+    position, sigma = np.full((n, m, 2), np.nan), np.full((n, m), np.nan)
+    status = np.full((n, m), "lost", dtype="<U9")
+    ellipse = np.full((n, m, 3), np.nan)
+    for k, name in enumerate(markers.names):
+        if name not in stickers.names:
+            assert dots is not None and dots.ellipse is not None
+            at = dots.names.index(name)
+            position[:, k], sigma[:, k] = dots.position_px[:, at], dots.sigma_px[:, at]
+            status[:, k], ellipse[:, k] = dots.status[:, at], dots.ellipse[:, at]
+            continue
+        centre, spread = stickers.centres(name)
+        position[:, k], sigma[:, k] = centre, spread
+        status[np.isfinite(spread), k] = "seen"
+        for row, frame in enumerate(placed):
+            guide = frame.guides.get(name)
+            if guide is not None and guide.position_px is not None:
+                position[row, k], sigma[row, k] = guide.position_px, guide.sigma_px
+                status[row, k] = guide.status
+    return Tracks(
+        frame=np.array([frame.index for frame in placed], int),
+        time_s=np.array([frame.time_s for frame in placed]),
+        names=markers.names,
+        position_px=position,
+        sigma_px=sigma,
+        status=status,
+        ellipse=ellipse,
+        stickers=stickers if stickers.names else None,
+    )
+
+
 def _started(frame: Frame, markers: MarkerFile, guides: dict[str, Guide]) -> Tracker:
     """Return a tracker that starts from the markers located in the first frame."""
     placed = dict(markers.positions_px)
     for name, guide in guides.items():
         if guide.position_px is not None:
             placed[name] = guide.position_px
+    for name in markers.coded:
+        del placed[name]
     starts = locate_markers(frame.image, replace(markers, positions_px=placed), frame.index)
     return Tracker(
         starts=starts,

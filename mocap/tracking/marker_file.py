@@ -12,12 +12,14 @@ from typing import Any
 
 from geometry2d.foundation.text import quoted, short
 from geometry2d.foundation.toml import read_toml, shown
+from mocap.stickers.codes import BAR_MM, CODED_MARKERS
 from mocap.tracking.markers import (
     DEFAULT_BODIES,
     Intrinsics,
     MarkerFile,
     MarkerFileError,
     PlanePoints,
+    PrintedStickers,
     StylePoints,
 )
 
@@ -57,14 +59,21 @@ jaw_front = [708.0, 434.0]   # optional, as is jaw_back
 # rim_lower = [777, 577]  # ends of the neck's rim
 # rim_upper = [833, 545]
 
+# Coded stickers need neither position nor scale: write ear = "sticker". Measure the bar of their
+# sheet and give bar_mm = 100.0 (and bar_sigma_mm, its standard error) in a table [stickers].
+
 # [recording]
 # rendered = true         # not filmed; stated wherever the recording is shown
 """
 
+STICKER = "sticker"
+"""What a marker file says of a marker that is a coded sticker."""
+
 POLARITIES = ("auto", "dark", "light", "ring")
 LENS_KEYS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 STYLE_KEYS = ("upper_lip", "rim_lower", "rim_upper")
-TABLES = ("scale", "lens", "markers", "bodies", "tracking", "plane", "style", "recording")
+TABLES = ("scale", "lens", "markers", "bodies", "tracking", "plane", "style", "stickers",
+          "recording")  # fmt: skip
 OPTIONAL_MARKERS = frozenset(DEFAULT_BODIES["jaw"])
 
 MOST_MARKERS = 200
@@ -109,11 +118,14 @@ class _MarkerFileReader:
         self._known("the file", self.data, TABLES)
         for name in self.data:
             self._table(name)
-        if "scale" not in self.data or "markers" not in self.data:
-            lacking = "scale" if "scale" not in self.data else "markers"
-            raise self._error(f"has no [{lacking}] table; see 'drinksim convert --help'")
         bodies, moving, reference = self._bodies()
-        scale, sigma = self._scale(bodies, moving, reference)
+        coded = self._coded(bodies)
+        scaled = any(name in coded for name in (*bodies[moving], *bodies[reference]))
+        needed = ("markers",) if scaled else ("scale", "markers")
+        lacking = next((table for table in needed if table not in self.data), None)
+        if lacking is not None:
+            raise self._error(f"has no [{lacking}] table; see 'drinksim convert --help'")
+        scale, sigma = self._scale(bodies, moving, reference, scaled=scaled)
         return MarkerFile(
             path=self.path,
             scale_mm=scale,
@@ -127,6 +139,8 @@ class _MarkerFileReader:
             plane=self._plane(),
             style=self._style(),
             rendered=self._rendered(),
+            coded=coded,
+            printed=self._printed(coded),
         )
 
     def _bodies(self) -> tuple[dict[str, tuple[str, ...]], str, str]:
@@ -178,8 +192,46 @@ class _MarkerFileReader:
         if len(names) > MOST_MARKERS:
             raise self._error(f"[bodies]: {len(names)} names: list at most {MOST_MARKERS}")
 
+    def _coded(self, bodies: Mapping[str, tuple[str, ...]]) -> frozenset[str]:
+        """Return the markers that are coded stickers."""
+        table = self._table("markers")
+        coded = frozenset(name for name, value in table.items() if value == STICKER)
+        for name in sorted(coded - set(CODED_MARKERS)):
+            raise self._error(
+                f"[markers] {name} = {STICKER!r}: no sticker is printed for it; stickers are "
+                f"printed for {', '.join(CODED_MARKERS)}"
+            )
+        if coded and "plane" in self.data:
+            raise self._error(
+                "[plane] and stickers: stickers show by themselves how they are turned; remove "
+                "[plane]"
+            )
+        members = {name for names in bodies.values() for name in names}
+        return coded & members
+
+    def _printed(self, coded: frozenset[str]) -> PrintedStickers:
+        table = self._table("stickers")
+        self._known("[stickers]", table, ["bar_mm", "bar_sigma_mm"])
+        printed = PrintedStickers(**{key: self._number("stickers", key) for key in table})
+        low, high = 0.5 * BAR_MM, 2.0 * BAR_MM
+        if not low <= printed.bar_mm <= high or printed.bar_sigma_mm < 0:
+            raise self._error(
+                f"[stickers] bar_mm = {printed.bar_mm:g}, bar_sigma_mm = {printed.bar_sigma_mm:g}: "
+                f"measure the sheet's bar of {BAR_MM:g} mm; at most twice or half of it is printed"
+            )
+        if table and not coded:
+            raise self._error(
+                f'[stickers] without a sticker: write {CODED_MARKERS[0]} = "{STICKER}" in [markers]'
+            )
+        return printed
+
     def _scale(
-        self, bodies: Mapping[str, tuple[str, ...]], moving: str, reference: str
+        self,
+        bodies: Mapping[str, tuple[str, ...]],
+        moving: str,
+        reference: str,
+        *,
+        scaled: bool,
     ) -> tuple[dict[str, float], dict[str, float]]:
         table = self._table("scale")
         pairs = [name for name, members in bodies.items() if len(members) > 1]
@@ -199,7 +251,7 @@ class _MarkerFileReader:
                     "mm apart; measure the distance again and give it in mm"
                 )
         needed = moving if moving in pairs else reference
-        if needed not in scale:
+        if needed not in scale and not scaled:
             raise self._error(
                 f"[scale] lacks {needed}: measure the distance between the markers "
                 f"{' and '.join(bodies[needed][:2])} and write '{needed} = ' and the mm"
@@ -226,7 +278,9 @@ class _MarkerFileReader:
             if name not in table and name in OPTIONAL_MARKERS and "bodies" not in self.data:
                 continue
             positions[name] = (
-                None if value in (None, "auto") else self._point(f"[markers] {name}", value)
+                None
+                if value in (None, "auto", STICKER)
+                else self._point(f"[markers] {name}", value)
             )
         self._check_apart(positions)
         return positions

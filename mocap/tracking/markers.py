@@ -6,11 +6,12 @@ from the centre of the upper left pixel, x to the right, y down.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from geometry2d.foundation.errors import DrinksimError
+from mocap.stickers.codes import BAR_MM, CODED_MARKERS
 from mocap.video.lens import Distortion
 
 DEFAULT_BODIES = {
@@ -60,6 +61,25 @@ class StylePoints:
 
 
 @dataclass(frozen=True)
+class PrintedStickers:
+    """How the coded stickers came out of the printer.
+
+    Attributes
+    ----------
+    bar_mm, bar_sigma_mm
+        Measured length of the sheet's bar, drawn 100 mm long, and its standard error, mm.
+    """
+
+    bar_mm: float = BAR_MM
+    bar_sigma_mm: float = 0.0
+
+    @property
+    def stretch(self) -> float:
+        """Printed length over drawn length."""
+        return self.bar_mm / BAR_MM
+
+
+@dataclass(frozen=True)
 class MarkerFile:
     """A checked marker file.
 
@@ -83,6 +103,10 @@ class MarkerFile:
         Optional points of the plane of motion, and of lip and rim.
     rendered
         Whether the recording is rendered and not filmed.
+    coded
+        Markers that are coded stickers.
+    printed
+        How these were printed.
     """
 
     path: Path
@@ -97,12 +121,58 @@ class MarkerFile:
     plane: PlanePoints | None
     style: StylePoints | None
     rendered: bool
+    coded: frozenset[str] = frozenset()
+    printed: PrintedStickers = PrintedStickers()
 
     @property
     def names(self) -> tuple[str, ...]:
         """All markers, in the order of the file."""
         return tuple(self.positions_px)
 
+    def has_sticker(self, body: str) -> bool:
+        """Whether a body carries a coded sticker."""
+        return any(name in self.coded for name in self.bodies[body])
+
     def body_of(self, marker: str) -> str | None:
         """Return the body of a marker, None if it has none."""
         return next((name for name, members in self.bodies.items() if marker in members), None)
+
+
+def markers_of_stickers(names: Iterable[str]) -> MarkerFile:
+    """Return what a marker file would say of a film with these coded stickers and no dots.
+
+    Raises
+    ------
+    MarkerFileError
+        If head or package carries none of them.
+    """
+    found = [name for name in CODED_MARKERS if name in set(names)]
+    bodies = {
+        body: tuple(name for name in members if name in found)
+        for body, members in DEFAULT_BODIES.items()
+        if any(name in found for name in members)
+    }
+    for body in ("head", "package"):
+        if body not in bodies:
+            seen = f"only {', '.join(found)}" if found else "none"
+            wanted = " or ".join(DEFAULT_BODIES[body])
+            raise MarkerFileError(
+                f"no coded sticker of the {body} ({wanted}) is seen in the film ({seen}): give "
+                "--markers FILE with the positions of its dots, or print stickers with 'drinksim "
+                "stickers'"
+            )
+    return MarkerFile(
+        path=Path("stickers"),
+        scale_mm={},
+        scale_sigma_mm={},
+        lens=Intrinsics(),
+        positions_px=dict.fromkeys(name for members in bodies.values() for name in members),
+        bodies=bodies,
+        moving="package",
+        reference="head",
+        polarity="auto",
+        plane=None,
+        style=None,
+        rendered=False,
+        coded=frozenset(found),
+    )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from geometry2d.foundation.delimited import NamedTable, read_named_table, safe_cell
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.text import quoted
+from mocap.stickers.follow import StickerTracks
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -50,6 +51,8 @@ class Tracks:
     ellipse
         (n, m, 3) entries xx, xy, yy of the symmetric matrix G, 1/px, of each fit: |G (x − c)| = 1
         is the edge of the marker. nan where there is no fit; None for tracks from a file.
+    stickers
+        Corners of the coded stickers among the markers, if there are any.
     """
 
     frame: NDArray[np.int_]
@@ -59,6 +62,7 @@ class Tracks:
     sigma_px: Array
     status: NDArray[np.str_]
     ellipse: Array | None = None
+    stickers: StickerTracks | None = None
 
     def of(self, name: str) -> tuple[Array, Array]:
         """Return position (n, 2) and standard error (n,) of one marker, px."""

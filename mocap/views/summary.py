@@ -241,7 +241,7 @@ def _measurement_warnings(measured: Measurement, markers: MarkerFile) -> list[st
                 "used for the motion"
             )
     for body, scale in measured.scales.items():
-        if scale.source != body:
+        if scale.source != body or markers.has_sticker(body):
             continue
         cause = scale.flattening.cause.value
         for frames, how in ((scale.foreshortened, "close together"), (scale.enlarged, "far apart")):

@@ -56,6 +56,11 @@ COMMANDS = (
         "drinksim demo --out demo",
     ),
     Command(
+        "stickers",
+        "print coded stickers, which convert finds and names by itself",
+        "drinksim stickers --out sheet.pdf",
+    ),
+    Command(
         "convert",
         "turn a video into motions of head and package and boundary-condition tables",
         "drinksim convert sip.mp4 --markers markers.toml --out sip",

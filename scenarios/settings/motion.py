@@ -14,7 +14,12 @@ class Recording:
     """The video of the sip, and where its markers are."""
 
     video: str = setting(file=True, example="sip.mp4", description="video file")
-    markers: str = setting(file=True, example="markers.toml", description="marker file")
+    markers: str | None = setting(
+        file=True,
+        default=None,
+        example="markers.toml",
+        description="marker file; a film with coded stickers needs none",
+    )
     start_s: float | None = setting(
         default=None, unit="s", minimum=0.0, description="first time used; from the start if absent"
     )

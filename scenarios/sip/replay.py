@@ -209,10 +209,11 @@ def neck_findings_of(scenario: Scenario) -> tuple[Finding, ...]:
 
 def mark_distance_mm(scenario: Scenario) -> float | None:
     """Return how far apart the recording's two marks on the neck are, mm; None if unknown."""
-    if scenario.recording is None or not Path(scenario.recording.markers).is_file():
+    recording = scenario.recording
+    if recording is None or recording.markers is None or not Path(recording.markers).is_file():
         return None
-    markers = read_markers(scenario.recording.markers)
-    return markers.scale_mm[markers.moving]
+    markers = read_markers(recording.markers)
+    return markers.scale_mm.get(markers.moving)
 
 
 def refuse_contradictions(found: Sequence[Finding], warn: Warn = silent) -> None:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidMotion
 from mocap.motion.picture import PictureScale
-from mocap.tracking.marker_file import read_markers
 from scenarios.results.solution import Solution, loaded
 from scenarios.settings.names import nearest
 from scenarios.settings.scenario import Recording
@@ -96,7 +95,7 @@ class RunView:
             limits=colour_limits(solution, shown),
             largest=largest_values(solution, shown),
             recording=recording,
-            rendered=recording is not None and read_markers(recording.markers).rendered,
+            rendered=recording is not None and motion.rendered,
             scale=scale,
             over_video=over_video,
         )

@@ -12,7 +12,7 @@ from geometry2d.rigid import RigidMotion, rotated
 from mocap.synthetic.camera import Camera, Lens, Sensor
 from mocap.synthetic.recording_file import write_recording
 from mocap.synthetic.rendering import exposed, truth_at
-from mocap.synthetic.scene import Light, Marker, Scene, SceneBody, ScenePolygon
+from mocap.synthetic.scene import Light, Marker, OutOfPlane, Scene, SceneBody, ScenePolygon
 from mocap.synthetic.truth import Truth
 
 Array = NDArray[np.float64]
@@ -47,6 +47,8 @@ class Clip:
     occluded: tuple[float, float] | None = None
     uneven_times: bool = False
     jaw: bool = True
+    stickers: tuple[str, ...] = ()
+    tilt_deg: tuple[float, float] = (0.0, 0.0)
 
     def times(self) -> Array:
         times = np.arange(self.frames) / self.fps
@@ -97,25 +99,47 @@ class Clip:
         if self.jaw:
             dots |= {"jaw_front": JAW_FRONT, "jaw_back": JAW_BACK}
         patches = tuple(
-            Marker.patch(name, at, radius_mm=self.dot_radius_mm, depth_mm=z, turn_deg=10.0 * k)
+            Marker.coded(name, at, side_mm=12.0, depth_mm=z, turn_deg=10.0 * k)
+            if name in self.stickers
+            else Marker.patch(name, at, radius_mm=self.dot_radius_mm, depth_mm=z, turn_deg=10.0 * k)
             for k, (name, at) in enumerate(dots.items())
         )
         head = SceneBody(
-            "head", head_motion, (ScenePolygon(profile * 1.0, SKIN, depth_mm=z),), patches
+            "head",
+            head_motion,
+            (ScenePolygon(profile * 1.0, SKIN, depth_mm=z),),
+            patches,
+            self.out_of_plane(EAR, z),
         )
         neck = np.array([[-14, -13], [40, -13], [70, -40], [160, -40], [160, 55], [70, 55],
                          [40, 27], [-14, 27]])  # fmt: skip
         marks = tuple(
-            Marker.dot(name, at, radius_mm=0.8 * self.dot_radius_mm, colour=self.mark_colour)
+            Marker.coded(name, at, side_mm=10.0, turn_deg=-15.0)
+            if name in self.stickers
+            else Marker.dot(name, at, radius_mm=0.8 * self.dot_radius_mm, colour=self.mark_colour)
             for name, at in (("package_lower", LOWER), ("package_upper", UPPER))
         )
         package = SceneBody(
-            "package", package_motion, (ScenePolygon(neck * 1.0, self.package_colour),), marks
+            "package",
+            package_motion,
+            (ScenePolygon(neck * 1.0, self.package_colour),),
+            marks,
+            self.out_of_plane(LOWER, 0.0),
         )
         bodies = [head, package]
         if self.occluded is not None:
             bodies.append(self._hand(*self.occluded))
         return Scene(tuple(bodies), light=self.light)
+
+    def out_of_plane(self, pivot: tuple[float, float], height: float) -> OutOfPlane | None:
+        """A tilt about x and y that comes and goes about a point of the body."""
+        if not any(self.tilt_deg):
+            return None
+        span = self.frames / self.fps
+        time = np.linspace(0, span, 200)
+        there = np.sin(np.pi * time / span) ** 2
+        turn = there[:, None] * np.array(self.tilt_deg)
+        return OutOfPlane(time, turn, np.zeros(time.size), (*pivot, height))
 
     def _hand(self, start_s: float, end_s: float) -> SceneBody:
         """A hand that hides the package marks and the nose from one instant to another."""

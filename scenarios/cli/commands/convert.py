@@ -21,7 +21,10 @@ def arguments(parser: Parser) -> None:
     parser.epilog = f"{parser.epilog}\n\na marker file:\n\n{indent(EXAMPLE, '  ')}"
     parser.add_argument("video", metavar="VIDEO", type=Path, help="the recording, side view")
     parser.add_argument(
-        "--markers", metavar="FILE", type=Path, required=True, help="marker file (TOML)"
+        "--markers",
+        metavar="FILE",
+        type=Path,
+        help="marker file (TOML); a film with coded stickers needs none",
     )
     add_out(parser)
     what = {field.name: about(field) for field in dataclasses.fields(ConvertOptions)}
@@ -39,7 +42,7 @@ def run(options: Namespace) -> int:
 
     recording = Recording(
         video=str(options.video),
-        markers=str(options.markers),
+        markers=None if options.markers is None else str(options.markers),
         start_s=options.start,
         end_s=options.end,
     )

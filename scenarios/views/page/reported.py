@@ -143,6 +143,6 @@ def _view_of(solution: Solution) -> RunView:
     """Return the view of a solution, with the recording wherever its file is still there."""
     recording = solution.scenario.recording
     there = recording is not None and all(
-        Path(file).is_file() for file in (recording.video, recording.markers)
+        Path(file).is_file() for file in (recording.video, recording.markers) if file is not None
     )
     return RunView.of(solution, field="von_mises_mpa", beside_video=there)

@@ -1,0 +1,1 @@
+"""Coded stickers: square marks that are found and named by their pattern."""
