@@ -23,6 +23,7 @@ from tests.support.contact_models import (
     still,
     unknowns,
 )
+from tests.support.marks import slow
 
 END_S = 1.0
 EXACTLY = NewtonSettings(tolerance=1e-8, force_floor_n=1e-6)
@@ -88,9 +89,9 @@ def integrated(problem, step_s, uneven):
     ("density", "relaxation", "uneven", "order"),
     [
         (0.0, 0.1, False, 2.0),
-        (0.0, 0.1, True, 2.0),
+        slow(0.0, 0.1, True, 2.0),
         (0.1, 0.0, False, 2.0),
-        (0.1, 0.05, False, 2.0),
+        slow(0.1, 0.05, False, 2.0),
         # Steps that change by a factor of two at every instant cost mass half an order.
         (0.1, 0.05, True, 1.5),
     ],

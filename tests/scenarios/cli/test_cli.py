@@ -372,6 +372,7 @@ def test_a_replay_becomes_a_run_directory(
     assert main(["animate", str(out), "--out", str(tmp_path / "sip.png")]) == 0
 
 
+@pytest.mark.slow
 def test_a_replay_that_stops_keeps_what_it_has(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,

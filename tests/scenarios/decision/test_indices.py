@@ -31,6 +31,7 @@ def test_ishigami_s_indices_are_the_exact_ones(tmp_path):
     assert found.total == pytest.approx(total, abs=0.03)
 
 
+@pytest.mark.slow
 def test_their_intervals_hold_the_exact_ones_about_as_often_as_they_say(tmp_path):
     exact = np.array(ishigami_indices())
     held = []

@@ -111,6 +111,7 @@ def test_a_constraint_leads_the_search_to_where_it_holds(tmp_path):
     assert 3.0 <= best.values["x"] < 3.6
 
 
+@pytest.mark.slow
 def test_the_front_holds_what_nothing_beats(tmp_path):
     def two(values):
         return TrialResult((values["x"] ** 2, (values["x"] - 2.0) ** 2), {})

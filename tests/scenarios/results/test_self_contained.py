@@ -29,6 +29,7 @@ from scenarios.views.animation import animate
 from scenarios.views.page.report import write_report
 from tests.support.drawings import neck_drawing
 from tests.support.made_up_sip import MadeUpReplay
+from tests.support.marks import slow
 
 FIRST_FRAME = """\
 # head_axis_deg = -8.369
@@ -198,10 +199,10 @@ def edited(name: str, old: str = "", new: str = "\n") -> Callable[[Path], None]:
     ("change", "named"),
     [
         (edited("other/neck.svg", 'r="1.5"', 'r="1.6"'), r"file for package\.outline"),
-        (edited("neck.svg"), r"file for filmed\.outline"),
-        (edited("markers.toml"), r"file for recording\.markers"),
-        (edited("converted/motion.csv", "\n0.04000,", "\n0.04100,"), r"file for motion\.file"),
-        (edited("reference/summary.json"), r"file for hand\.reference"),
+        slow(edited("neck.svg"), r"file for filmed\.outline"),
+        slow(edited("markers.toml"), r"file for recording\.markers"),
+        slow(edited("converted/motion.csv", "\n0.04000,", "\n0.04100,"), r"file for motion\.file"),
+        slow(edited("reference/summary.json"), r"file for hand\.reference"),
     ],
 )
 def test_what_was_started_with_other_files_does_not_go_on(

@@ -116,6 +116,7 @@ def test_a_moved_recording_is_moved_back_within_what_was_observed(wrong):
     assert 0.4 * 4 < chi_squared <= 4.0
 
 
+@pytest.mark.slow
 def test_the_lower_face_is_found_where_only_it_is_misplaced():
     _, _, _, seen = parts("A38-F")
     true = Shift(lower_face_x_mm=1.5, lower_face_y_mm=2.0)
