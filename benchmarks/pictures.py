@@ -4,8 +4,11 @@ Each is made by the command that its page names; figures of anatomy are drawn he
 
     python -m benchmarks.pictures docs/pictures
     python -m benchmarks.pictures docs/pictures head muscles
+    python -m benchmarks.pictures drafts --quick head a38-f
 
-All of them take half an hour; ``head`` and ``muscles`` a second each.
+All of them take half an hour; ``head`` and ``muscles`` a second each. ``--quick`` draws sips from
+the beginning of a coarse one, which is how continuous integration looks whether they are drawn.
+``page`` needs Debian's chromium and the extra ``test``.
 """
 
 from __future__ import annotations
@@ -87,13 +90,37 @@ def recovery(file: Path) -> None:
         shutil.copyfile(Path(folder) / "recovery.png", file)
 
 
-def sheet(scenario: str) -> Callable[[Path], None]:
-    """Return what draws the contact sheet of a sip beside its recording."""
+def sheet(scenario: str, how: str) -> Callable[[Path], None]:
+    """Return what draws the contact sheet of a sip beside its recording, replayed like ``how``."""
     return typed(
-        f"replay {scenario} --out DIR/run",
+        f"replay {scenario} --out DIR/run {how}",
         "animate DIR/run --out DIR/sheet.png --beside-video",
         made="sheet.png",
     )
+
+
+def page(how: str) -> Callable[[Path], None]:
+    """Return what draws the moving part of a page of two runs as a browser shows it."""
+
+    def draw(file: Path) -> None:
+        from playwright.sync_api import sync_playwright
+
+        with TemporaryDirectory() as folder:
+            html = Path(folder) / "page.html"
+            runs = [f"{folder}/{name}" for name in ("A38-F", "DC-F")]
+            for run in runs:
+                drinksim(["replay", Path(run).name, "--out", run, *how.split()])
+            drinksim(["report", *runs, "--out", str(html)])
+            with sync_playwright() as driver:
+                browser = driver.chromium.launch(
+                    executable_path=shutil.which("chromium"), args=["--no-sandbox"]
+                )
+                tab = browser.new_page(viewport={"width": 1280, "height": 1700})
+                tab.goto(html.as_uri())
+                tab.locator("#explore[data-ready]").screenshot(path=str(file))
+                browser.close()
+
+    return draw
 
 
 def press(configuration: str) -> Callable[[Path], None]:
@@ -101,11 +128,15 @@ def press(configuration: str) -> Callable[[Path], None]:
     return typed(f"press {configuration} --force 0.3 --neck A38 --out DIR/p", made="p/press.png")
 
 
+COARSE = "--resolution coarse"
+BEGINNING = f"{COARSE} --set recording.end_s=1.05"
+
 PICTURES: dict[str, Callable[[Path], None]] = {
     "head": draw_head_and_lips,
     "muscles": draw_muscles_of_the_lips,
-    "a38-f": sheet("A38-F"),
-    "dc-ae": sheet("DC-AE"),
+    "a38-f": sheet("A38-F", COARSE),
+    "dc-ae": sheet("DC-AE", COARSE),
+    "page": page(COARSE),
     "skin-comparison": typed(
         "aspirate --thesis --search-kpa 101.3 --out DIR/a", made="a/comparison.png"
     ),
@@ -115,13 +146,21 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "calibration-recovery": recovery,
 }
 
+QUICK = PICTURES | {
+    "a38-f": sheet("A38-F", BEGINNING),
+    "dc-ae": sheet("DC-AE", BEGINNING),
+    "page": page(BEGINNING),
+}
+
 
 def main(arguments: list[str]) -> None:
     """Draw the pictures that are named, or all, into a folder."""
-    folder, *names = arguments
+    quick = "--quick" in arguments
+    folder, *names = (word for word in arguments if word != "--quick")
+    Path(folder).mkdir(parents=True, exist_ok=True)
     for name in names or PICTURES:
         file = Path(folder) / f"{name}.png"
-        PICTURES[name](file)
+        (QUICK if quick else PICTURES)[name](file)
         print(file)
 
 
