@@ -11,12 +11,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from filelock import FileLock, Timeout
 
 from geometry2d.foundation.output import file_at_once
 from geometry2d.foundation.progress import Progress, part_of
 from scenarios.campaign.cases import Case
 from scenarios.campaign.engine import Engine
+from scenarios.campaign.measures import HEADLINE
 from scenarios.campaign.plan import RUNS, FilmedSip, Plan, planned
 from scenarios.campaign.settings import LimitSettings, StudySettings
 from scenarios.campaign.sip import LOST, SipRow, SipTask, solved_sip
@@ -29,6 +31,9 @@ if TYPE_CHECKING:
 
 STUDY_RECORD = "study.json"
 LOCK = ".drinksim"
+
+NAMED = 3
+"""Necks whose mean pressure so far is shown while a study is computed."""
 
 PREPARING = 0.02
 """Share of the progress that preparation takes."""
@@ -112,7 +117,7 @@ def _refuse_other(study: StudySettings, out: Path, *, resume: bool) -> None:
                 f"--out {out} holds files that are not a study's: give another directory"
             )
         return
-    if resume:
+    if resume or not (out / RUNS).is_dir():
         return
     try:
         same = json.loads(record.read_text(encoding="utf-8")) == _record(study)
@@ -164,12 +169,12 @@ def carried_out(
     found = {name: row for name, row in known.items() if row is not None and row.is_final}
     wanted = [case for case in _once(plan.cases) if case.identity not in found]
     tasks = [_task(case, folder, limits, plan.settings.keep, engine) for case in wanted]
-    clock = _Clock(len(tasks), len(found), engine.workers)
+    clock = _Clock(len(tasks), len(found))
     try:
         for ended in engine.ended(solver, tasks, retries=limits.retries):
-            row = ended.result or SipRow(LOST, ended.reason)
-            found[wanted[ended.index].identity] = row
-            progress(*clock.after(row))
+            row, case = ended.result or SipRow(LOST, ended.reason), wanted[ended.index]
+            found[case.identity] = row
+            progress(*clock.after(row, str(case.factors.get("neck", ""))))
     finally:
         rows = tuple(
             _row(case, found[case.identity]) for case in plan.cases if case.identity in found
@@ -226,13 +231,14 @@ def _row(case: Case, sip: SipRow) -> Row:
 class _Clock:
     """Tells how far a study is and when it will end."""
 
-    def __init__(self, total: int, known: int, workers: int) -> None:
-        self._total, self._known, self._workers = total, known, workers
+    def __init__(self, total: int, known: int) -> None:
+        self._total, self._known = total, known
+        self._pressures: dict[str, list[float]] = {}
         self._done = self._failed = 0
         self._started = time.monotonic()
 
-    def after(self, row: SipRow) -> tuple[float, str]:
-        """Return the share that is done after another sip, and a text."""
+    def after(self, row: SipRow, neck: str) -> tuple[float, str]:
+        """Return the share that is done after another sip, and a text with what came out."""
         self._done += 1
         self._failed += not row.is_final or row.measures is None
         each = (time.monotonic() - self._started) / self._done
@@ -243,6 +249,11 @@ class _Clock:
             text += f", {self._known} were there"
         if self._failed:
             text += f", {self._failed} failed"
+        if row.measures is not None and HEADLINE in row.measures:
+            self._pressures.setdefault(neck, []).append(row.measures[HEADLINE])
+        means = [f"{name} {np.mean(v):.0f}" for name, v in list(self._pressures.items())[:NAMED]]
+        if means:
+            text += f"; so far {', '.join(means)} kPa"
         return share, text
 
 

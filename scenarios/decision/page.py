@@ -10,6 +10,7 @@ import numpy as np
 from geometry2d.anatomy.population import NORMS
 from geometry2d.foundation.output import file_at_once
 from scenarios.campaign.measures import HEADLINE
+from scenarios.campaign.plan import Plan
 from scenarios.campaign.sip import WHOLE
 from scenarios.campaign.study import StudyOutcome
 from scenarios.campaign.table import CSV_FILE, PARQUET_FILE, Row
@@ -302,7 +303,7 @@ def _rule(result: StudyOutcome) -> Markup:
     if plan.people and plan.settings.meeting.at == "lower_lip":
         texts.append(
             "Each person meets the neck there on his or her own lower lip: the whole path of the "
-            "neck is shifted, its directions in the head stay."
+            f"neck is shifted, its directions in the head stay. {_shifts(plan)}"
         )
     elif plan.people:
         texts.append("Each person meets the neck where the film has it in the head.")
@@ -316,6 +317,21 @@ def _rule(result: StudyOutcome) -> Markup:
         }[mode]
     )
     return _section("rule", "How they meet", *(tag("p", text) for text in texts))
+
+
+def _shifts(plan: Plan) -> str:
+    """Return how far the path of the neck is shifted for the people, in words."""
+    meeting = plan.films[0].meeting
+    placements = [meeting.met_by(person.measurements).placement for person in plan.people]
+    filmed = meeting.scenario.placement
+    spans = []
+    for name, words in (("shift_x_mm", "forward"), ("shift_y_mm", "up")):
+        away = [float(getattr(p, name)) - float(getattr(filmed, name)) for p in placements]
+        spans.append(f"{min(away):+.1f} to {max(away):+.1f} mm {words}".replace("-", "−"))
+    return (
+        f"That moves it by {' and '.join(spans)}: so far from their lips' places the people would "
+        "meet it where the film has it."
+    )
 
 
 def _held(rows: Sequence[Row]) -> str:

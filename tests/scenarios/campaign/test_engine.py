@@ -8,8 +8,9 @@ import pytest
 
 from geometry2d.foundation.errors import DrinksimError
 from scenarios.campaign.engine import InProcess, opened_engine
+from scenarios.campaign.settings import StudySettings
 from scenarios.campaign.sip import LOST, WHOLE, SipRow
-from scenarios.campaign.study import carried_out
+from scenarios.campaign.study import carried_out, study_directory
 from scenarios.campaign.table import read_parquet
 from tests.support.killed_study import killed_and_finished, table_of, undisturbed
 from tests.support.made_up_study import plan_of_factors, remembered
@@ -31,7 +32,8 @@ def test_in_process_every_sip_is_a_row_in_the_order_of_the_plan(tmp_path):
     )
     assert [row["number"] for row in result.rows] == list(range(5))
     assert {row["status"] for row in result.rows} == {WHOLE}
-    assert told[-1] == (1.0, "5 of 5 sips, 0 s left")
+    mean = sum(row["lips_window_kpa_peak"] for row in result.rows) / 5
+    assert told[-1] == (1.0, f"5 of 5 sips, 0 s left; so far A {mean:.0f} kPa")
     assert read_parquet(tmp_path / "results.parquet") == [dict(row) for row in result.rows]
 
 
@@ -200,3 +202,46 @@ def test_a_study_that_is_killed_ends_with_the_same_table(tmp_path):
     killed, known = killed_and_finished(tmp_path / "killed", kills=2, seed=1)
     assert 0 < known[0] < known[-1] < len(killed.rows)
     assert table_of(killed) == table_of(undisturbed(tmp_path / "whole", len(killed.rows)))
+
+
+def test_a_directory_is_for_one_study_unless_it_is_to_go_on(tmp_path):
+    first = StudySettings(base="made up", folder=tmp_path)
+    other = StudySettings(base="another", folder=tmp_path)
+    out = tmp_path / "out"
+    with study_directory(first, out, resume=False):
+        pass
+    # Nothing was computed for it: a dry run leaves that much.
+    with study_directory(other, out, resume=False):
+        (out / "runs").mkdir()
+    with (
+        pytest.raises(DrinksimError, match="holds another study"),
+        study_directory(first, out, resume=False),
+    ):
+        pass
+    with (
+        pytest.raises(DrinksimError, match="unfinished study: --resume"),
+        study_directory(other, out, resume=False),
+    ):
+        pass
+    with study_directory(first, out, resume=True):
+        pass
+
+
+def test_files_that_are_not_a_study_s_are_left_alone(tmp_path):
+    (tmp_path / "letter.txt").write_text("dear")
+    study = StudySettings(base="made up", folder=tmp_path)
+    with (
+        pytest.raises(DrinksimError, match="not a study's"),
+        study_directory(study, tmp_path, resume=True),
+    ):
+        pass
+
+
+def test_two_processes_do_not_work_in_one_directory(tmp_path):
+    study = StudySettings(base="made up", folder=tmp_path)
+    with (
+        study_directory(study, tmp_path / "out", resume=False),
+        pytest.raises(DrinksimError, match="another process is at work"),
+        study_directory(study, tmp_path / "out", resume=True),
+    ):
+        pass

@@ -100,6 +100,12 @@ def test_the_page_holds_its_table(result, page):
     assert base64.b64decode(held) == (result.folder / "results.csv").read_bytes()
 
 
+def test_the_rule_of_meeting_is_told_with_what_it_does(result, page):
+    text = page.read_text(encoding="utf-8")
+    assert "Each person meets the neck there on his or her own lower lip" in text
+    assert re.search(r"That moves it by [+−]\d\.\d to [+−]\d+\.\d mm forward and", text)
+
+
 def test_every_person_is_drawn(page):
     assert "The sections of 6 people" in page.read_text(encoding="utf-8")
 
