@@ -6,7 +6,8 @@ xarray reads each group with names; docs/reference/files.md lists them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.results.increment import Increment, LipContact, SectionModel
+from geometry2d.foundation.errors import DrinksimError
+from scenarios.results.increment import Increment, LipContact, SectionModel, SolutionError
 from scenarios.results.quantities import (
     CONTACT_FIELDS,
     ELEMENT_FIELDS,
@@ -47,17 +49,37 @@ class FieldsOnDisk:
 
     def displacement(self, index: int) -> Array:
         """Return the displacement (n, 2), mm, of an increment."""
-        with h5py.File(self.file, "r") as store:
+        with opened(self.file) as store:
             displacement: Array = store["increments/displacement"][index]
         return displacement
 
     def element(self, index: int) -> Mapping[str, Array]:
         """Return the element fields (e,) of an increment, by name of ELEMENT_FIELDS."""
-        with h5py.File(self.file, "r") as store:
+        with opened(self.file) as store:
             return {
                 quantity.name: store[f"element/{quantity.name}"][index].astype(float)
                 for quantity in ELEMENT_FIELDS
             }
+
+
+@contextmanager
+def opened(file: Path) -> Iterator[h5py.File]:
+    """Yield a file of fields to be read.
+
+    Raises
+    ------
+    SolutionError
+        If the file cannot be read, or the block finds a dataset missing or of another shape.
+    """
+    try:
+        with h5py.File(file, "r") as store:
+            yield store
+    except (OSError, KeyError, TypeError, ValueError, RuntimeError) as error:
+        if isinstance(error, DrinksimError):
+            raise
+        raise SolutionError(
+            f"{file} is damaged, or not what drinksim wrote: replay the run again"
+        ) from error
 
 
 def read_model(store: h5py.File) -> SectionModel:

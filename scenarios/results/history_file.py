@@ -40,11 +40,17 @@ def read_history(file: Path) -> dict[str, Array]:
     Raises
     ------
     SolutionError
-        If the columns are not those of a history.
+        If the file is not a history: other columns, a cell that is no number, times that do not
+        increase.
     """
-    with file.open(encoding="utf-8") as stream:
-        names = tuple(stream.readline().strip().split(","))
-        rows = np.loadtxt(stream, delimiter=",", ndmin=2)
-    if names != COLUMNS:
+    try:
+        names, *lines = file.read_text(encoding="utf-8").splitlines()
+        rows = np.loadtxt(lines, delimiter=",", ndmin=2)
+    except ValueError as error:
+        raise SolutionError(f"{file} is damaged: replay the run again ({error})") from None
+    if tuple(names.split(",")) != COLUMNS or rows.shape[1] != len(COLUMNS):
         raise SolutionError(f"{file} does not have the columns of a history: {','.join(COLUMNS)}")
-    return {name: rows[:, column] for column, name in enumerate(names)}
+    columns = {name: rows[:, column] for column, name in enumerate(COLUMNS)}
+    if not np.all(np.diff(columns["time_s"]) > 0):
+        raise SolutionError(f"{file} is damaged: its times do not increase; replay the run again")
+    return columns

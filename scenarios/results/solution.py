@@ -12,7 +12,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +20,13 @@ from geometry2d.foundation.provided import Provided
 from geometry2d.rigid import UNMOVED, RigidPlacement
 from mocap.motion.motion import Motion
 from scenarios.results.fields import FieldsInMemory, FieldStore
-from scenarios.results.fields_file import FIELDS_FILE, FieldsOnDisk, read_contact, read_model
+from scenarios.results.fields_file import (
+    FIELDS_FILE,
+    FieldsOnDisk,
+    opened,
+    read_contact,
+    read_model,
+)
 from scenarios.results.frames import data_set, history_table
 from scenarios.results.history_file import COLUMNS, HISTORY_FILE, as_written, read_history
 from scenarios.results.increment import Increment, LipContact, SectionModel, SolutionError
@@ -201,7 +206,13 @@ class Solution:
         folder = Path(folder)
         _check_run_directory(folder)
         summary = checked_summary(folder)
-        with h5py.File(folder / FIELDS_FILE, "r") as store:
+        history = read_history(folder / HISTORY_FILE)
+        with opened(folder / FIELDS_FILE) as store:
+            if store["increments/time_s"].shape != history["time_s"].shape:
+                raise SolutionError(
+                    f"{folder}: {HISTORY_FILE} and {FIELDS_FILE} hold different numbers of "
+                    "increments; replay the run again"
+                )
             placement = store["increments/placement"][:]
             return cls(
                 summary=summary,
@@ -209,7 +220,7 @@ class Solution:
                 time_s=store["increments/time_s"][:],
                 angle_rad=placement[:, 0],
                 shift_mm=placement[:, 1:],
-                history=read_history(folder / HISTORY_FILE),
+                history=history,
                 contact=read_contact(store),
                 fields=FieldsOnDisk(folder / FIELDS_FILE),
                 folder=folder,
