@@ -27,7 +27,7 @@ from mocap.tracking.follow import follow, stickers_in
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import MarkerFile, markers_of_stickers
 from mocap.tracking.noise import with_temporal_noise
-from mocap.tracking.tracks import Tracks, read_tracks
+from mocap.tracking.tracks import Tracks, placed_by_time, read_tracks
 from mocap.video.frames import Video
 from mocap.views.overlay import write_overlay
 from mocap.views.summary import summary, write_summary
@@ -143,7 +143,7 @@ def convert(
         else:
             seen = stickers_in(Video(video, fps=fps), start_s=start_s, end_s=end_s)
             marker_file = markers_of_stickers(seen)
-        given = given_tracks(tracks) if tracks is not None else None
+        given = given_tracks(tracks, Video(video, fps=fps)) if tracks is not None else None
         film = Video(video, fps=fps)
         picture = PictureFormat(film.info.width, film.info.height, film.info.pixel_aspect)
         refuse_impossible_lens(marker_file, picture)
@@ -210,10 +210,12 @@ def write_conversion(
         write_summary(result.summary, folder / RESULT_MARK)
 
 
-def given_tracks(path: Path | str) -> Tracks:
+def given_tracks(path: Path | str, video: Video | None = None) -> Tracks:
     """Return tracks from a ``tracks.csv`` or from picture positions of another program.
 
     The positions of the program Tracker count from a pixel's corner, all others from its centre.
+    Rows keep the frame that their file names. Where it names times only, ``video`` gives the frames
+    that were shown at these.
 
     Raises
     ------
@@ -223,8 +225,9 @@ def given_tracks(path: Path | str) -> Tracks:
     file = Path(path)
     if file.suffix.lower() == ".csv" and file.is_file():
         header = header_line(text_of(file)).lower()
-        foreign = header.startswith("scorer") or "time (" in header
-        if not foreign:
+        if "frame_idx" not in header and "scorer" not in header and "time" not in header:
+            return read_tracks(file)
+        if "marker" in header and "frame" in header:
             return read_tracks(file)
     elif not file.is_file():
         return read_tracks(file)
@@ -233,5 +236,11 @@ def given_tracks(path: Path | str) -> Tracks:
         found = tracks_from(table, corner_origin=file.suffix.lower() == ".txt")
     except ExchangeError as error:
         raise ExchangeError(f"{file}: {error}") from None
-    # Other programs count time in their own ways: frames are what is trusted.
-    return replace(found, time_s=np.full_like(found.time_s, np.nan))
+    if table.frame is not None:
+        return replace(found, time_s=np.full_like(found.time_s, np.nan))
+    if video is None:
+        return found
+    frames = [(frame.index, frame.time_s) for frame in video.frames()]
+    return placed_by_time(
+        found, np.array([index for index, _ in frames]), np.array([time for _, time in frames])
+    )

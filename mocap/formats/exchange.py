@@ -1,8 +1,9 @@
 """Marker positions from and to the files of other programs.
 
-Readers: TRC, C3D, BVH, DeepLabCut (CSV), Kinovea (kinematics CSV and trajectory text) and Tracker
-(text). Writers: TRC and C3D. Kinovea and DeepLabCut count pixels from the centre of the first one,
-as this program does; Tracker counts from its corner, so its coordinates are larger by half a pixel.
+Readers: TRC, C3D, BVH, DeepLabCut and SLEAP (CSV), Kinovea (kinematics CSV and trajectory text) and
+Tracker (text). Writers: TRC and C3D. Kinovea, DeepLabCut and SLEAP count pixels from the centre of
+the first one, as this program does; Tracker counts from its corner, so its coordinates are larger
+by half a pixel.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.delimited import header_line
-from mocap.formats import bvh, c3d, spreadsheets, trc
+from mocap.formats import bvh, c3d, pose_tables, spreadsheets, trc
 from mocap.formats.marker_table import ExchangeError, MarkerTable, text_of
 from mocap.motion.motion import Motion
 from mocap.tracking.markers import MarkerFile
@@ -52,7 +53,9 @@ def _reader_for(file: Path) -> Callable[[Path], MarkerTable]:
     if ending in (".csv", ".txt", ".tsv"):
         first = header_line(text_of(file)).lstrip()
         if first.lower().startswith("scorer"):
-            return spreadsheets.read_deeplabcut
+            return pose_tables.read_deeplabcut
+        if "frame_idx" in first.lower():
+            return pose_tables.read_sleap
         if first.startswith("#Kinovea"):
             return spreadsheets.read_kinovea_text
         if "time" in first.lower():
@@ -93,7 +96,9 @@ def tracks_from(
     known = np.isfinite(position).all(axis=-1)
     position[~known] = np.nan
     return Tracks(
-        frame=np.rint(table.time_s * table.rate_hz).astype(int),
+        frame=np.rint(table.time_s * table.rate_hz).astype(int)
+        if table.frame is None
+        else table.frame,
         time_s=table.time_s,
         names=table.names,
         position_px=position,

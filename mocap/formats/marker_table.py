@@ -56,12 +56,15 @@ class MarkerTable:
         and y down.
     unit
         "mm", "cm", "m" or "px"; "" if it is not known.
+    frame
+        (n,) numbers of the frames, if the file has them; its times then mean nothing.
     """
 
     time_s: Array
     names: tuple[str, ...]
     positions: Array
     unit: str
+    frame: NDArray[np.int_] | None = None
 
     @property
     def rate_hz(self) -> float:
@@ -140,7 +143,12 @@ def refuse_size(file: Path, frames: int, markers: int, numbers: int) -> None:
 
 
 def checked_table(
-    file: Path, time: Array, names: list[str], positions: Array, unit: str
+    file: Path,
+    time: Array,
+    names: list[str],
+    positions: Array,
+    unit: str,
+    frame: NDArray[np.int_] | None = None,
 ) -> MarkerTable:
     """Return a table that passes the checks that all formats share.
 
@@ -171,7 +179,7 @@ def checked_table(
             f"{file}: two rows are {np.min(np.diff(time)):.3g} s apart, sooner than any camera; "
             "check the unit of time"
         )
-    return MarkerTable(time, tuple(names), positions, unit)
+    return MarkerTable(time, tuple(names), positions, unit, frame)
 
 
 def _check_names(file: Path, names: list[str]) -> None:

@@ -1,4 +1,4 @@
-"""Text tables of marker positions: DeepLabCut, Kinovea and Tracker."""
+"""Text tables of marker positions: Kinovea and Tracker."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from geometry2d.foundation.delimited import (
     refuse_other_width,
     rows_of,
 )
-from geometry2d.foundation.text import number, quoted
+from geometry2d.foundation.text import quoted
 from mocap.formats.marker_table import (
     MISSING,
     ExchangeError,
@@ -32,59 +32,11 @@ from mocap.formats.marker_table import (
 
 Array: TypeAlias = NDArray[np.float64]
 
-# Detections that DeepLabCut states to be less likely than this are missing.
-LEAST_LIKELIHOOD = 0.6
+PIXEL_TITLES = ("pixelx", "pixely")
+"""Headings of Tracker's columns in pixels; x and y are in the unit of its calibration."""
 
 AROUND_NAMES = " /.:_-"
 """Characters between the name of an object and the axis in a heading of Kinovea."""
-
-
-def read_deeplabcut(path: Path | str, *, fps: float | None = None) -> MarkerTable:
-    """Return the points of a DeepLabCut CSV (rows scorer, bodyparts, coords), px.
-
-    Parameters
-    ----------
-    path
-        The file. Its rows are frames; it holds no times.
-    fps
-        The video's rate, frames/s; None: 1, so that times are frame numbers.
-
-    Raises
-    ------
-    ExchangeError
-        If header or rows are broken. Points of several animals are refused.
-    """
-    file = Path(path)
-    found = _rows_of_file(file)
-    kinds = [row.cells[0].lower() for row in found.rows[:4]]
-    if kinds[:3] != ["scorer", "bodyparts", "coords"]:
-        if "individuals" in kinds:
-            raise ExchangeError(f"{file}: holds several animals; export one individual")
-        raise ExchangeError(f"{file}: has no DeepLabCut header (scorer, bodyparts, coords)")
-    data = found.rows[3:]
-    parts, coordinates = found.rows[1].cells[1:], found.rows[2].cells[1:]
-    refuse_other_width(found, found.rows[1:3], len(found.rows[0].cells), ExchangeError)
-    frames = [_frame_number(file, row) for row in data]
-    values = _numbers(found, data, len(parts) + 1, first=1)
-    column_of: dict[tuple[str, str], list[int]] = {}
-    for k, key in enumerate(zip(parts, (c.lower() for c in coordinates), strict=True)):
-        column_of.setdefault(key, []).append(k)
-    names = list(dict.fromkeys(parts))
-    refuse_size(file, len(data), len(names), values.size)
-    positions = np.full((len(data), len(names), 3), np.nan)
-    for k, name in enumerate(names):
-        for axis, letter in enumerate("xy"):
-            at = column_of.get((name, letter), [])
-            if len(at) != 1:
-                raise ExchangeError(
-                    f"{file}: {quoted(name)} has {len(at)} columns {letter}, not one; export again"
-                )
-            positions[:, k, axis] = values[:, at[0]]
-        likely = column_of.get((name, "likelihood"), [])
-        if likely:
-            positions[values[:, likely[0]] < LEAST_LIKELIHOOD, k] = np.nan
-    positions[..., 2] = np.where(np.isfinite(positions[..., 0]), 0.0, np.nan)
-    return checked_table(file, np.array(frames) / (fps or 1.0), names, positions, "px")
 
 
 def read_kinovea(path: Path | str) -> MarkerTable:
@@ -99,7 +51,7 @@ def read_kinovea(path: Path | str) -> MarkerTable:
         If the header names no positions or a row is broken.
     """
     file = Path(path)
-    found = _rows_of_file(file)
+    found = rows_of_file(file)
     header, data = found.rows[0].cells, found.rows[1:]
     scale = 1e-3 if "ms" in header[0].lower() else 1.0
     columns: dict[str, dict[str, int]] = {}
@@ -113,7 +65,7 @@ def read_kinovea(path: Path | str) -> MarkerTable:
     if not names:
         shown = ", ".join(quoted(title) for title in header[:5])
         raise ExchangeError(f"{file}: its header has no columns X and Y of one object: {shown}")
-    values = _numbers(found, data, len(header))
+    values = numbers_of(found, data, len(header))
     positions = _flat(values, [(columns[n]["X"], columns[n]["Y"]) for n in names])
     return checked_table(file, scale * values[:, 0], names, positions, _one_unit(units))
 
@@ -183,7 +135,8 @@ def read_tracker(path: Path | str) -> MarkerTable:
     if at is None:
         raise ExchangeError(f"{file}: has no header line of columns 't x y'")
     separator = next((s for s in "\t;," if s in lines[at][1]), None)
-    rows = [TableRow(k, [cell.strip() for cell in line.split(separator)]) for k, line in lines]
+    width = len(_without_end(lines[at][1].split(separator), 0))
+    rows = [TableRow(k, _without_end(line.split(separator), width)) for k, line in lines]
     titles, data = rows[at].cells, rows[at + 1 :]
     masses = [name for name in rows[at - 1].cells if name] if at else []
     pairs = _pairs(titles)
@@ -194,11 +147,20 @@ def read_tracker(path: Path | str) -> MarkerTable:
         plain_cell(masses[k]) if k < len(masses) else f"mass_{k + 1}" for k in range(len(pairs))
     ]
     found = Rows(file, rows, separator or " ", text.endswith("\n"))
-    values = _numbers(found, data, len(titles))
-    return checked_table(file, values[:, titles.index("t")], names, _flat(values, pairs), "")
+    values = numbers_of(found, data, len(titles))
+    unit = "px" if titles[pairs[0][0]] == PIXEL_TITLES[0] else ""
+    return checked_table(file, values[:, titles.index("t")], names, _flat(values, pairs), unit)
 
 
-def _rows_of_file(file: Path) -> Rows:
+def _without_end(cells: list[str], width: int) -> list[str]:
+    """Return cells without the blank ones beyond a width: lines may end with a separator."""
+    stripped = [cell.strip() for cell in cells]
+    while len(stripped) > width and not stripped[-1]:
+        stripped.pop()
+    return stripped
+
+
+def rows_of_file(file: Path) -> Rows:
     """Return the rows of a file of another program: at least one below the header."""
     found = rows_of(file, text_of(file), error=ExchangeError)
     if len(found.rows) < 2:
@@ -219,29 +181,16 @@ def _heading(title: str) -> tuple[str, str, str]:
 
 
 def _pairs(titles: list[str]) -> list[tuple[int, int]]:
-    """Return pairs of columns: each column x and the next column y."""
+    """Return pairs of columns: each column x and the next column y, in pixels if there are such."""
+    right, down = PIXEL_TITLES if PIXEL_TITLES[0] in titles else ("x", "y")
     pairs: list[tuple[int, int]] = []
     following: int | None = None
     for k in reversed(range(len(titles))):
-        if titles[k] == "y":
+        if titles[k] == down:
             following = k
-        elif titles[k] == "x" and following is not None:
+        elif titles[k] == right and following is not None:
             pairs.append((k, following))
     return pairs[::-1]
-
-
-def _frame_number(file: Path, row: TableRow) -> float:
-    """Return the frame number of a row: a number, or the digits at the end of a file's name."""
-    cell = row.cells[0]
-    stem = cell.rpartition(".")[0]
-    value = number(cell)
-    if value is None:
-        value = number(stem[len(stem.rstrip("0123456789")) :])
-    if value is None:
-        raise ExchangeError(
-            f"{file} line {row.line}: column 1 is {quoted(cell)}, not the number of a frame"
-        )
-    return value
 
 
 def _flat(values: Array, pairs: list[tuple[int, int]]) -> Array:
@@ -253,7 +202,7 @@ def _flat(values: Array, pairs: list[tuple[int, int]]) -> Array:
     return positions
 
 
-def _numbers(found: Rows, data: Sequence[TableRow], width: int, *, first: int = 0) -> Array:
+def numbers_of(found: Rows, data: Sequence[TableRow], width: int, *, first: int = 0) -> Array:
     """Return the numbers (n, width - first) of rows, from the column ``first`` on."""
     refuse_cut(found.file, data, width, complete=found.complete, error=ExchangeError)
     refuse_other_width(found, data, width, ExchangeError)

@@ -52,17 +52,17 @@ def read_trc(path: Path | str, *, partial: bool = False) -> MarkerTable:
         raise ExchangeError(
             f"{file}: is no TRC file, or was cut short in its header (first line 'PathFileType')"
         )
-    separator = "\t" if "\t" in lines[0] else ","
+    separator = next((sign for sign in "\t," if sign in lines[2]), None)
     header = dict(zip(_cells(lines[1], separator), _cells(lines[2], separator), strict=False))
     declared = _count(file, header, "NumFrames")
     count = _count(file, header, "NumMarkers")
     names = [plain_cell(name) for name in _cells(lines[3], separator)[2:] if name]
-    if len(names) != count:
-        raise ExchangeError(f"{file}: announces {count} markers and names {len(names)}")
+    if separator is None and lines[3].split()[:2] != ["Frame#", "Time"]:
+        raise ExchangeError(f"{file}: its fourth line does not begin with 'Frame# Time'")
     rows = [
         TableRow(number, _cells(line, separator))
         for number, line in enumerate(lines[4:], start=5)
-        if line.replace(separator, "").strip()
+        if "".join(_cells(line, separator))
     ]
     if rows and rows[0].cells[0] in ("", "X1"):
         rows = rows[1:]
@@ -71,7 +71,17 @@ def read_trc(path: Path | str, *, partial: bool = False) -> MarkerTable:
             f"{file}: announces {declared} frames and holds {len(rows)}: it was cut short, or rows "
             "are missing or doubled"
         )
+    if len(names) != count:
+        # Cortex counts its real markers and writes virtual ones too.
+        if len(names) < count or any(len(row.cells) < 2 + 3 * len(names) for row in rows):
+            raise ExchangeError(f"{file}: announces {count} markers and names {len(names)}")
+        count = len(names)
     width = 2 + 3 * count
+    if separator is None and any(len(row.cells) != width for row in rows):
+        raise ExchangeError(
+            f"{file}: is separated by blanks, and a row has not {width} numbers: a missing marker "
+            "cannot be told from another; export it with tabs"
+        )
     refuse_cut(file, rows, width, complete=text.endswith("\n"), error=ExchangeError)
     refuse_size(file, len(rows), count, sum(len(row.cells) for row in rows))
     table = np.array([_numbers(file, row, width) for row in rows]).reshape(len(rows), width)
@@ -123,7 +133,7 @@ def _even(time: Array, rate: str) -> Array:
     return even + offset if fits else time
 
 
-def _cells(line: str, separator: str) -> list[str]:
+def _cells(line: str, separator: str | None) -> list[str]:
     return [cell.strip() for cell in line.split(separator)]
 
 

@@ -26,6 +26,9 @@ MOST_FRAMES = 10**9
 LARGEST_PX = 1e6
 """Bounds of a frame's number and of a place in a picture."""
 
+PLACE_TOLERANCE, ROUNDED_S = 0.25, 1e-3
+"""A row belongs to a frame if its time is so near: a share of the interval, and rounding."""
+
 MOST_CELLS = 2_000_000
 """Frames times markers of a table; one with more rows than that may have as many."""
 
@@ -168,6 +171,42 @@ def read_tracks(path: Path | str) -> Tracks:
             "most of them once; a marker has the same name in every frame"
         )
     return _tracks(file, table, position, sigma, names, time_of, cell_of)
+
+
+def placed_by_time(given: Tracks, frames: NDArray[np.int_], times_s: Array) -> Tracks:
+    """Return tracks whose rows have the frames of a video that were shown at their times.
+
+    Parameters
+    ----------
+    given
+        Tracks with times, s, on the video's clock.
+    frames, times_s
+        (n,) numbers and times, s, of the video's frames.
+
+    Raises
+    ------
+    TracksError
+        If a row lies between two frames, or two rows belong to one frame.
+    """
+    nearest = np.abs(given.time_s[:, None] - times_s[None, :]).argmin(axis=1)
+    away = np.abs(given.time_s - times_s[nearest])
+    interval = float(np.median(np.diff(times_s))) if times_s.size > 1 else 0.0
+    limit = PLACE_TOLERANCE * interval + ROUNDED_S
+    if np.any(away > limit):
+        row = int(np.argmax(away > limit))
+        raise TracksError(
+            f"--tracks: its row at {given.time_s[row]:g} s belongs to no frame of the video; the "
+            f"nearest, {frames[nearest[row]]}, is at {times_s[nearest[row]]:g} s: its clock, its "
+            "rate or the clip is another one"
+        )
+    doubled = np.flatnonzero(np.diff(nearest) == 0)
+    if doubled.size:
+        row = int(doubled[0])
+        raise TracksError(
+            f"--tracks: two rows, at {given.time_s[row]:g} and {given.time_s[row + 1]:g} s, belong "
+            f"to frame {frames[nearest[row]]} of the video: its rate is another one"
+        )
+    return replace(given, frame=frames[nearest], time_s=times_s[nearest])
 
 
 def _tracks(

@@ -209,7 +209,7 @@ def test_pixel_origins_differ_by_half_a_pixel() -> None:
         ("a.c3d", "nothing", "is no C3D file"),
         ("a.csv", "", "has no header line"),
         ("a.csv", "scorer,n\nbodyparts,a\ncoords,x\n0,1\n", "0 columns y"),
-        ("a.csv", "scorer,n,n\nindividuals,i,i\nbodyparts,a,a\ncoords,x,y\n", "several animals"),
+        ("a.csv", "scorer,n,n\nindividuals,i,i\nbodyparts,a,a\ncoords,x,y\n", "holds no frame"),
         ("a.csv", "Time (ms),speed\n0,1\n", "no columns X and Y"),
         ("a.csv", "Time (ms),a/X,a/Y\n0,1,2\n0,1,2\n", "not after the one before"),
         ("a.csv", "Time (ms),a/X,a/Y\n0,1\n40,1,2\n", "line 2: has 2 cells"),
