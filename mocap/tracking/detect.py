@@ -144,6 +144,23 @@ def refit(image: Image, start: Array, *, ring: bool = False) -> Detection | None
     return _detection(parameters, residual, covariance, ring)
 
 
+def unseen_at(at: tuple[float, float]) -> Detection:
+    """Return a stand-in for a marker at a position, px, where no spot is; nothing resembles it."""
+    parameters = np.zeros(PARAMETERS)
+    parameters[:6] = at[0], at[1], 1 / SMALLEST_RADIUS, 0.0, 1 / SMALLEST_RADIUS, 2.0
+    return Detection(
+        x=at[0],
+        y=at[1],
+        covariance=np.eye(2),
+        radius=SMALLEST_RADIUS,
+        aspect=1.0,
+        contrast=math.copysign(math.inf, -1),
+        misfit=0.0,
+        ring=False,
+        parameters=parameters,
+    )
+
+
 def find_blobs(image: Image, *, polarity: str, offset: tuple[int, int] = (0, 0)) -> list[Blob]:
     """Return the round spots of a picture that contrast with their surroundings.
 

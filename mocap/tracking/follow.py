@@ -10,6 +10,7 @@ import numpy as np
 from geometry2d.foundation.progress import Progress
 from mocap.stickers.detect import find_stickers
 from mocap.stickers.follow import StickerTracker, StickerTracks
+from mocap.tracking.detect import Detection, unseen_at
 from mocap.tracking.errors import TrackingError
 from mocap.tracking.link import Guide, Tracker
 from mocap.tracking.locate import fit_near, locate_markers
@@ -99,7 +100,33 @@ def follow(
             f"--tracks: none of its frames ({given.frame[0]} to {given.frame[-1]}) is used "
             f"({tracks.frame[0]} to {tracks.frame[-1]}): it belongs to another video or interval"
         )
+    if given is not None:
+        _refuse_unplaced(given, tracks, to_the_end=end_s is None)
     return _without(tracks, video.timing.distrusted, given)
+
+
+def _refuse_unplaced(given: Tracks, tracks: Tracks, *, to_the_end: bool) -> None:
+    """Refuse positions in frames that the used interval of the video should have and has not."""
+    first, last = int(tracks.frame[0]), int(tracks.frame[-1])
+    inside = (given.frame >= first) & ((given.frame <= last) | to_the_end)
+    unplaced = given.frame[inside & ~np.isin(given.frame, tracks.frame)]
+    if unplaced.size:
+        raise TracksError(
+            f"--tracks: frame {unplaced[0]} is not in the video, which has frames {first} to "
+            f"{last}: the table belongs to another video, or counts its frames in another way"
+        )
+
+
+def _at_hand(frame: Frame, at: tuple[float, float], polarity: str) -> Detection:
+    """Return the fit of the spot at a position set by hand; where there is none, one made up.
+
+    Its look is then that of no marker, so that nothing is taken for it before a spot is seen at a
+    position set by hand.
+    """
+    found = fit_near(frame.image, at, polarity, None)
+    if found is not None and math.hypot(found.x - at[0], found.y - at[1]) < found.radius:
+        return found
+    return unseen_at(at)
 
 
 @dataclass(frozen=True)
@@ -152,12 +179,18 @@ def _together(
 def _started(frame: Frame, markers: MarkerFile, guides: dict[str, Guide]) -> Tracker:
     """Return a tracker that starts from the markers located in the first frame."""
     placed = dict(markers.positions_px)
-    for name, guide in guides.items():
-        if guide.position_px is not None:
-            placed[name] = guide.position_px
     for name in markers.coded:
         del placed[name]
-    starts = locate_markers(frame.image, replace(markers, positions_px=placed), frame.index)
+    by_hand = {
+        name: _at_hand(frame, guide.position_px, markers.polarity)
+        for name, guide in guides.items()
+        if guide.position_px is not None
+    }
+    for name in by_hand:
+        del placed[name]
+    rest = replace(markers, positions_px=placed)
+    starts = by_hand | locate_markers(frame.image, rest, frame.index, taken=by_hand)
+    starts = {name: starts[name] for name in markers.names if name in starts}
     return Tracker(
         starts=starts,
         bodies=markers.bodies,

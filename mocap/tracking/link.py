@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -33,6 +33,8 @@ FIRST_SPEED = 1.0
 # Allowed ratios of size and contrast for a marker that comes back after a dropout.
 RETURN_SIZE = (0.82, 1.22)
 RETURN_CONTRAST = (0.65, 1.45)
+# A spot this near to a position from a table is what the table saw, px.
+SAME_PLACE_PX = 0.05
 # Largest radius of the search for a lost marker, as a share of the picture's width.
 WIDEST_SEARCH = 0.22
 
@@ -119,12 +121,17 @@ class Tracker:
                 follower.predict(time_s - self._times[-1], ACCELERATION * self.picture[0])
         self._frames.append(index)
         self._times.append(time_s)
-        found = self._found(image, guides) if len(guides) < len(self._followers) else {}
-        self._record_vectors(found)
+        evidence = {
+            name: self._given(self._followers[name], guide, image)
+            for name, guide in guides.items()
+            if guide.position_px is not None and name in self._followers
+        }
+        found = self._found(image, guides, evidence) if len(guides) < len(self._followers) else {}
+        self._record_vectors(evidence | found)
         for name, follower in self._followers.items():
             guide, detection = guides.get(name), found.get(name)
             if guide is not None and guide.position_px is not None:
-                self._guided(follower, guide, image)
+                self._guided(follower, guide, evidence[name], time_s)
                 follower.seen_s = time_s
                 row = (*guide.position_px, guide.sigma_px, guide.status)
             elif detection is not None:
@@ -148,19 +155,42 @@ class Tracker:
                 self._vectors[one, other] = vector
                 self._vectors[other, one] = (-vector[0], -vector[1])
 
-    def _guided(self, follower: Follower, guide: Guide, image: Image) -> None:
-        """Move a marker to its position set by hand and record its appearance there."""
+    def _given(self, follower: Follower, guide: Guide, image: Image) -> Detection:
+        """Return the spot at a position from a table; where none is seen, the look it had before.
+
+        A position set by hand may show the marker in a new look, any other one only its own.
+        """
         assert guide.position_px is not None
         x, y = guide.position_px
+        found = None
+        if guide.status == "fixed":
+            found = self.fit_near(image, (x, y), follower.appearance)
+        else:
+            start = follower.appearance.parameters.copy()
+            start[:2] = x, y
+            found = refit(image, start, ring=follower.appearance.ring)
+            if found is not None and not follower.resembles(found):
+                found = None
+        if found is not None and math.hypot(found.x - x, found.y - y) < found.radius:
+            return found
+        parameters = follower.appearance.parameters.copy()
+        parameters[:2] = x, y
+        return replace(follower.appearance, x=x, y=y, parameters=parameters)
+
+    def _guided(self, follower: Follower, guide: Guide, spot: Detection, time_s: float) -> None:
+        """Move a marker to its position from a table and take on its look there."""
+        assert guide.position_px is not None
+        x, y = guide.position_px
+        if guide.status == "seen" and math.hypot(spot.x - x, spot.y - y) < SAME_PLACE_PX:
+            follower.accept(spot, time_s)
+            return
         spread = max(guide.sigma_px, 0.01) ** 2
         follower.kalman = follower.kalman.corrected(x, y, spread * np.eye(2))
         jumped = math.hypot(follower.kalman.state[0] - x, follower.kalman.state[1] - y)
         if jumped > LEAST_GATE_PX:
             follower.kalman = KalmanState.at_rest(x, y, FIRST_SPEED * self.picture[0])
         if guide.status == "fixed":
-            found = self.fit_near(image, (x, y), follower.appearance)
-            if found is not None and math.hypot(found.x - x, found.y - y) < found.radius:
-                follower.appearance = found
+            follower.appearance = spot
         follower.missing = 0
 
     def tracks(self) -> Tracks:
@@ -180,18 +210,24 @@ class Tracker:
             ellipse=np.swapaxes(np.array([self._ellipses[name] for name in names]), 0, 1),
         )
 
-    def _found(self, image: Image, guides: Mapping[str, Guide]) -> dict[str, Detection]:
-        """Return the markers detected in a picture: near their predictions, then by search."""
+    def _found(
+        self, image: Image, guides: Mapping[str, Guide], evidence: Mapping[str, Detection]
+    ) -> dict[str, Detection]:
+        """Return the markers detected in a picture: near their predictions, then by search.
+
+        What a table says of other markers is evidence: their spots are taken, and a body keeps its
+        distances from them.
+        """
         found: dict[str, Detection] = {}
         for name, follower in self._followers.items():
             if follower.missing == 0 and name not in guides:
                 near = self._near_prediction(image, follower)
                 if near is not None:
                     found[name] = near
-        found = _each_once(found, self._followers)
+        found = _each_once(found, self._followers, evidence)
         missing = [f for name, f in self._followers.items() if name not in (*found, *guides)]
         if missing:
-            found |= self._searched(image, missing, found)
+            found |= self._searched(image, missing, {**evidence, **found})
         return found
 
     def _near_prediction(self, image: Image, follower: Follower) -> Detection | None:
@@ -258,7 +294,9 @@ class Tracker:
 
 
 def _each_once(
-    found: Mapping[str, Detection], followers: Mapping[str, Follower]
+    found: Mapping[str, Detection],
+    followers: Mapping[str, Follower],
+    evidence: Mapping[str, Detection],
 ) -> dict[str, Detection]:
     """Return the detections without overlaps; of two markers, the better predicted one keeps it."""
 
@@ -268,6 +306,7 @@ def _each_once(
 
     kept: dict[str, Detection] = {}
     for name in sorted(found, key=deviation):
-        if not any(overlap(found[name], other) for other in kept.values()):
+        others = (*evidence.values(), *kept.values())
+        if not any(overlap(found[name], other) for other in others):
             kept[name] = found[name]
     return kept

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -23,7 +24,13 @@ LEAST_SEARCH_PX = 25.0
 BLACK_RANGE = 16
 
 
-def locate_markers(image: Image, markers: MarkerFile, frame: int) -> dict[str, Detection]:
+def locate_markers(
+    image: Image,
+    markers: MarkerFile,
+    frame: int,
+    *,
+    taken: Mapping[str, Detection] = MappingProxyType({}),
+) -> dict[str, Detection]:
     """Return the fit of every marker of the file.
 
     Parameters
@@ -35,6 +42,8 @@ def locate_markers(image: Image, markers: MarkerFile, frame: int) -> dict[str, D
         face and package.
     frame
         The frame's number, for messages.
+    taken
+        Markers of other names whose spots are known.
 
     Raises
     ------
@@ -51,11 +60,11 @@ def locate_markers(image: Image, markers: MarkerFile, frame: int) -> dict[str, D
     given = {name: at for name, at in markers.positions_px.items() if at is not None}
     for name, at in given.items():
         _check_inside(name, at, image)
-    found = _near_positions(image, given, markers.polarity, frame)
+    found = _near_positions(image, given, markers.polarity, frame, taken)
     sought = [name for name in markers.names if name not in found]
     if sought:
         everything = detect(image, polarity=markers.polarity)
-        found |= assign_layout(everything, found, sought, markers, frame)
+        found |= assign_layout(everything, {**taken, **found}, sought, markers, frame)
     return {name: found[name] for name in markers.names}
 
 
@@ -63,7 +72,7 @@ def fit_near(
     image: Image, at: tuple[float, float], polarity: str, appearance: Detection | None
 ) -> Detection | None:
     """Return the marker nearest to a position set by hand, px; None if there is none."""
-    if appearance is not None:
+    if appearance is not None and math.isfinite(appearance.contrast):
         blob = Blob(at[0], at[1], appearance.radius, appearance.contrast)
         found = fit_blob(image, blob, ring=appearance.ring)
         if found is not None and math.hypot(found.x - at[0], found.y - at[1]) < appearance.radius:
@@ -82,7 +91,11 @@ def _check_inside(name: str, at: tuple[float, float], image: Image) -> None:
 
 
 def _near_positions(
-    image: Image, given: Mapping[str, tuple[float, float]], polarity: str, frame: int
+    image: Image,
+    given: Mapping[str, tuple[float, float]],
+    polarity: str,
+    frame: int,
+    known: Mapping[str, Detection],
 ) -> dict[str, Detection]:
     """Return the spot of each rough position; no spot is used twice."""
     search = _search_px(image)
@@ -96,7 +109,8 @@ def _near_positions(
     found: dict[str, Detection] = {}
     for _, name, spot in sorted(choices, key=lambda choice: choice[0]):
         taken = any(
-            math.hypot(spot.x - other.x, spot.y - other.y) < spot.radius for other in found.values()
+            math.hypot(spot.x - other.x, spot.y - other.y) < spot.radius
+            for other in (*known.values(), *found.values())
         )
         if name not in found and not taken:
             found[name] = spot
