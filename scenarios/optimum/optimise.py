@@ -22,6 +22,7 @@ from scenarios.campaign.study import Solver, carried_out, study_directory
 from scenarios.campaign.table import Row, check_tables, write_csv
 from scenarios.campaign.variation import StudyError
 from scenarios.decision.messages import is_lower_gentler, meaning
+from scenarios.optimum.figures import search_figure
 from scenarios.optimum.search import (
     JOURNAL_FILE,
     ImpossibleError,
@@ -42,6 +43,7 @@ from scenarios.results.quantities import LIPS
 from scenarios.settings.writing import toml_value
 
 TRIALS_FILE = "trials.csv"
+PICTURE_FILE = "search.svg"
 BEST = "best"
 SETTINGS_RECORD = "optimum.json"
 
@@ -234,6 +236,10 @@ def _write(found: Optimum) -> None:
         for trial in found.trials
     ]
     write_csv(rows, found.folder / TRIALS_FILE)
+    signs = [_sign(name) for name in wanted.objectives]
+    picture = search_figure(found.trials, found.best, wanted.objectives, signs)
+    with file_at_once(found.folder / PICTURE_FILE) as partial:
+        partial.write_bytes(picture.data)
     for trial in found.best:
         values = rounded(trial.values)
         place = found.folder / BEST / f"trial-{trial.number:03d}"
@@ -256,7 +262,7 @@ def optimum_message(found: Optimum) -> str:
     if not found.best:
         return f"{found.folder}: none of {len(found.trials)} necks meets every constraint"
     lines = [
-        f"{found.folder}: {TRIALS_FILE}, and drawings and scenario files in {BEST}/; "
+        f"{found.folder}: {TRIALS_FILE}, {PICTURE_FILE}, and drawings and scenario files in {BEST}/; "
         f"{len(found.trials)} necks were tried"
     ]
     for trial in found.best:

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from geometry2d.curves import at_arc_lengths, nearest_arc_length
+from geometry2d.drawings.neck_file import write_neck
 from geometry2d.foundation.errors import DrinksimError
+from geometry2d.neck import DC_NECK, neck_section
 from scenarios.campaign.meeting import Meeting
 from scenarios.campaign.plan import FILMED, planned
 from scenarios.campaign.settings import read_study
@@ -136,6 +138,27 @@ def test_equal_force_names_the_filmed_run_that_is_followed(folder):
     assert scenario.hand.mode == "force"
     followed = (folder / "out").resolve() / "references" / found.films[0].reference.name
     assert Path(scenario.hand.reference).resolve() == followed
+
+
+def test_every_motion_meets_every_neck(folder):
+    (folder / "second.csv").write_text((folder / "motion.csv").read_text())
+    necks, motions = '["A38", "DC"]', '["base.toml", "second.csv"]'
+    found = plan(folder, f"[necks]\nlist = {necks}\n[motions]\nlist = {motions}\n")
+    assert [(c.factors["motion"], c.factors["neck"]) for c in found.cases] == [
+        ("base", "A38"), ("base", "DC"), ("second", "A38"), ("second", "DC"),
+    ]  # fmt: skip
+    # The second motion is a copy of the first: the same sips are not computed twice.
+    assert [case.identity for case in found.cases[:2]] == [c.identity for c in found.cases[2:]]
+
+
+def test_a_drawing_is_kept_with_the_study(folder):
+    write_neck(neck_section(DC_NECK), folder / "mine.svg")
+    found = plan(folder, '[necks]\nlist = ["A38", "mine.svg"]\n')
+    (folder / "mine.svg").unlink()
+    _, drawn = scenarios(folder, found)
+    assert found.cases[1].factors["neck"] == "mine"
+    assert drawn.package.section().upper_wall.length > 0
+    assert drawn.filmed is not None
 
 
 def test_a_study_may_be_planned_in_a_relative_place(folder, monkeypatch):

@@ -125,4 +125,5 @@ def test_two_objectives_leave_a_front(file, tmp_path):
     )
     found = optimise(file, tmp_path / "out", solver=formula)
     assert len(found.best) > 1
+    assert "<svg" in (tmp_path / "out" / "search.svg").read_text(encoding="utf-8")
     assert len(list((tmp_path / "out" / "best").glob("*.dxf"))) == len(found.best)

@@ -1,0 +1,57 @@
+"""The picture of a search: every neck that was tried, and the best ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scenarios.decision.messages import meaning
+from scenarios.optimum.search import Trial
+from scenarios.views.page.embedded import Embedded
+from scenarios.views.page.figures import TEXT, line_style, new_figure, quieten, svg
+from scenarios.views.scene import INK, QUIET
+
+
+def search_figure(
+    trials: Sequence[Trial],
+    best: Sequence[Trial],
+    objectives: Sequence[str],
+    signs: Sequence[float],
+) -> Embedded:
+    """Return two objectives against each other, or a single one against the number of the trial.
+
+    Parameters
+    ----------
+    trials, best
+        What was tried, and those that nothing feasible beats.
+    objectives
+        Names of the measures; the first two are shown.
+    signs
+        By which the objectives of trials are multiplied to be measures.
+    """
+    figure = new_figure((6.4, 4.4))
+    axes = figure.subplots()
+
+    def place(trial: Trial) -> tuple[float, float]:
+        values = [v * s for v, s in zip(trial.evaluation.objectives, signs, strict=True)]
+        return (values[0], values[1]) if len(values) > 1 else (float(trial.number), values[0])
+
+    for feasible, colour, shown in ((False, QUIET, "breaks a constraint"), (True, INK, "tried")):
+        points = [place(t) for t in trials if t.evaluation.is_feasible == feasible]
+        if points:
+            axes.scatter(*np.array(points).T, s=18, color=colour, alpha=0.5, label=shown)
+    if best:
+        axes.scatter(
+            *np.array([place(t) for t in best]).T, s=46, color=line_style(0)[0], label="best"
+        )
+        for trial in best:
+            axes.annotate(str(trial.number), place(trial), size=TEXT - 1, xytext=(5, 4),
+                          textcoords="offset points")  # fmt: skip
+    names = [meaning(name) for name in objectives[:2]]
+    x, y = names if len(names) > 1 else ("trial", names[0])
+    axes.set_xlabel(x, color=INK, size=TEXT)
+    axes.set_ylabel(y, color=INK, size=TEXT)
+    axes.legend(frameon=False, fontsize=TEXT - 1)
+    quieten(axes)
+    return svg(figure, f"{len(trials)} necks that were tried, {len(best)} of them best")
