@@ -18,9 +18,10 @@ from geometry2d.foundation.progress import Progress
 from mocap.synthetic.recording_file import write_recording
 from scenarios.results.solution import Solution
 from scenarios.views.filmed import Image
-from scenarios.views.panels import HistoryStrip, ModelPanel, RecordingPanel, colour_bars
+from scenarios.views.panels import ModelPanel, RecordingPanel, colour_bars
 from scenarios.views.run_view import RunView, RunViewError
 from scenarios.views.scene import INK, PAPER, QUIET
+from scenarios.views.strip import HistoryStrip
 
 Array = NDArray[np.float64]
 

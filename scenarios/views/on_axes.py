@@ -12,15 +12,8 @@ from scenarios.results.increment import SectionModel, SolutionError
 from scenarios.results.quantities import LIPS
 from scenarios.results.skin_line import SkinLine
 from scenarios.settings.names import nearest
-from scenarios.views.scene import (
-    INK,
-    QUIET,
-    SHOWN,
-    UPPER,
-    SectionArtists,
-    Shown,
-    upper_limit,
-)
+from scenarios.views.limits import upper_limit
+from scenarios.views.scene import INK, QUIET, SHOWN, UPPER, SectionArtists, Shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

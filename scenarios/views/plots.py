@@ -20,18 +20,9 @@ from scenarios.messages.verdict import FAILURE, PAIN
 from scenarios.results.quantities import LIPS, Quantity
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import load_scenario
-from scenarios.views.panels import relative_axis
-from scenarios.views.scene import (
-    INK,
-    LOWER,
-    NECK,
-    NECK_EDGE,
-    PAPER,
-    PRESSURE_COLOURS,
-    QUIET,
-    UPPER,
-    upper_limit,
-)
+from scenarios.views.limits import upper_limit
+from scenarios.views.scene import INK, LOWER, NECK, NECK_EDGE, PAPER, PRESSURE_COLOURS, QUIET, UPPER
+from scenarios.views.strip import relative_axis
 
 Array = NDArray[np.float64]
 

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.rigid import RigidMotion
 from mocap.motion.picture import PictureScale
+from mocap.tracking.marker_file import read_markers
 from scenarios.results.solution import Solution, loaded
 from scenarios.settings.names import nearest
 from scenarios.settings.scenario import Recording
 from scenarios.views.filmed import Crop, Image, picture_scale, pictures_at
-from scenarios.views.scene import SHOWN, Shown, colour_limits, largest_values, touched_points
+from scenarios.views.limits import colour_limits, largest_values, touched_points
+from scenarios.views.scene import SHOWN, Shown
 
 Array = NDArray[np.float64]
 
@@ -95,7 +97,7 @@ class RunView:
             limits=colour_limits(solution, shown),
             largest=largest_values(solution, shown),
             recording=recording,
-            rendered=recording is not None and motion.rendered,
+            rendered=recording is not None and (motion.rendered or _said_rendered(recording)),
             scale=scale,
             over_video=over_video,
         )
@@ -135,3 +137,8 @@ class RunView:
         left, top = self.scale.pixels(corner)[0]
         factor = self.scale.px_per_mm
         return Crop(float(left), float(top), factor * window.width, factor * window.height)
+
+
+def _said_rendered(recording: Recording) -> bool:
+    """Return whether the marker file says so: motions from elsewhere do not."""
+    return recording.markers is not None and read_markers(Path(recording.markers)).rendered

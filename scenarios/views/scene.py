@@ -6,7 +6,6 @@ hundred frames takes seconds.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, cast
@@ -26,7 +25,7 @@ from geometry2d.rigid import RigidPlacement
 from scenarios.results.increment import Integers, SectionModel
 from scenarios.results.quantities import ELEMENT_FIELDS, IN_NECK_FRAME, WITH_JAW
 from scenarios.results.skin_line import SkinLine
-from scenarios.results.solution import Snapshot, Solution
+from scenarios.results.solution import Snapshot
 
 Array = NDArray[np.float64]
 
@@ -117,20 +116,6 @@ def boundary_loops(triangles: Integers) -> list[Integers]:
             corner = following
         loops.append(np.array(loop))
     return loops
-
-
-def upper_limit(values: Iterable[float]) -> float:
-    """Return the smallest round number (1, 1.5, 2, 3, 5, 8 × a power of ten) above all values.
-
-    >>> upper_limit([3.0, 41.0]), upper_limit([0.0])
-    (50.0, 1.0)
-    """
-    largest = max(values, default=0.0)
-    if largest <= 0.0:
-        return 1.0
-    power = 10.0 ** np.floor(np.log10(largest))
-    steps = np.array([1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 10.0]) * power
-    return float(steps[steps >= largest * (1 - 1e-9)][0])
 
 
 class SectionArtists:
@@ -317,44 +302,3 @@ def _refined(line: Array, spacing_mm: float) -> Array:
     arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(line, axis=0).T))])
     fine = np.linspace(0.0, arc[-1], int(np.ceil(arc[-1] / spacing_mm)) + 1)
     return np.column_stack([np.interp(fine, arc, line[:, axis]) for axis in (0, 1)])
-
-
-def colour_limits(solution: Solution, shown: Shown, samples: int = 24) -> tuple[float, float]:
-    """Return round upper limits of the dermis' colours (its unit) and of pressure (kPa).
-
-    What is highest in a crease or at a corner would leave all else pale: the dermis' limit is
-    exceeded by one element in fifty at the worst increment, the pressure's is the peak of the mean
-    over the two most pressed elements.
-    """
-    names = np.array(solution.model.region_names)[solution.model.region]
-    dermis = np.char.endswith(names, "dermis")
-    indices = np.unique(np.linspace(0, solution.time_s.size - 1, samples).round().astype(int))
-    worst = [
-        float(np.quantile(solution.snapshot(i).element[shown.field][dermis] * shown.factor, 0.98))
-        for i in indices
-    ]
-    peaks = [float(solution[f"{lip}_lip_pressure_kpa"].values.max()) for lip in solution.contact]
-    return upper_limit(worst), upper_limit(peaks)
-
-
-def largest_values(solution: Solution, shown: Shown) -> tuple[float, float]:
-    """Return the largest values of a run: of ``shown`` in the dermis, and of the pressure, kPa."""
-    names = np.array(solution.model.region_names)[solution.model.region]
-    dermis = np.char.endswith(names, "dermis")
-    highest = max(
-        float((solution.fields.element(index)[shown.field][dermis] * shown.factor).max())
-        for index in range(solution.time_s.size)
-    )
-    pressures = (along.fields["pressure_mpa"] for along in solution.contact.values())
-    return highest, max(1e3 * float(pressure.max()) for pressure in pressures)
-
-
-def touched_points(solution: Solution) -> Mapping[str, Array]:
-    """Return by lip the undeformed points (t, 2) of the skin that ever touch the neck."""
-    found = {}
-    for lip, contact in solution.contact.items():
-        line = SkinLine(solution.model, solution.model.skin[lip], contact.arc_mm)
-        ever = (contact.fields["pressure_mpa"] > 0).any(axis=0)
-        points = line.points(solution.model.nodes)
-        found[lip] = points[ever] if ever.any() else points
-    return found

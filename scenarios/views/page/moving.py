@@ -22,19 +22,13 @@ from scenarios.results.quantities import HISTORY, IN_NECK_FRAME, JAW_HINGE, WITH
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
 from scenarios.views.filmed import Crop
+from scenarios.views.limits import largest_values, touched_points, upper_limit
 from scenarios.views.page.embedded import data_address
 from scenarios.views.page.packed import packed
 from scenarios.views.page.reported import Reported
 from scenarios.views.plots import IMPRINT_STEP_MM, imprint
 from scenarios.views.run_view import RunView
-from scenarios.views.scene import (
-    PRESSURE_COLOURS,
-    SHOWN,
-    boundary_loops,
-    largest_values,
-    touched_points,
-    upper_limit,
-)
+from scenarios.views.scene import PRESSURE_COLOURS, SHOWN, boundary_loops
 
 Array = NDArray[np.float64]
 

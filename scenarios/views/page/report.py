@@ -17,6 +17,7 @@ from scenarios.results.quantities import LIPS
 from scenarios.results.run_inputs import REFERENCE_FOLDER
 from scenarios.results.solution import Solution
 from scenarios.results.texts import SCENARIO_FILE, history_bytes, repeating_files
+from scenarios.views.limits import upper_limit
 from scenarios.views.page.embedded import data_address
 from scenarios.views.page.explore import explorer
 from scenarios.views.page.histories import histories
@@ -36,7 +37,6 @@ from scenarios.views.page.scripts import (
 from scenarios.views.page.style import STYLE
 from scenarios.views.page.verdicts import verdicts
 from scenarios.views.plots import imprint
-from scenarios.views.scene import upper_limit
 
 
 def write_report(

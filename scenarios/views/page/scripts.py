@@ -26,6 +26,7 @@ MODULES = (
     "pointing",
     "curves",
     "imprint",
+    "pane",
     "timeline",
     "main",
 )

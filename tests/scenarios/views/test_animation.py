@@ -21,15 +21,10 @@ from scenarios.results.solution import Solution
 from scenarios.views.animation import animate, film_frames, film_times, telling_times
 from scenarios.views.filmed import Crop, picture_scale, pictures_at
 from scenarios.views.labels import PartLabels, most_pressed_place
+from scenarios.views.limits import colour_limits
 from scenarios.views.plots import imprint, plot_histories, plot_imprint
 from scenarios.views.run_view import RunView, RunViewError
-from scenarios.views.scene import (
-    FADED,
-    SHOWN,
-    SectionArtists,
-    boundary_loops,
-    colour_limits,
-)
+from scenarios.views.scene import FADED, SHOWN, SectionArtists, boundary_loops
 from tests.support.made_up_sip import PICTURE_ORIGIN, PICTURE_SCALE, UPPER_MOUTH
 from tests.support.marks import slow
 

@@ -150,6 +150,27 @@ def test_places_have_the_values_of_the_run_directory(visit: Visit, run_directory
     raise AssertionError(f"too few places were in view: {checked}")
 
 
+def test_the_difference_of_equal_runs_is_nothing(visit: Visit, run_directory: Path) -> None:
+    tab = visit.tab
+    moved_to(tab, 5)
+    pane = tab.locator(".pane[data-kind=difference]")
+    canvas = pane.locator(".section")
+    canvas.scroll_into_view_if_needed()
+    solution = Solution.load(run_directory)
+    positions = solution.model.nodes + solution.snapshot(5).displacement
+    middles = positions[solution.model.triangles[:, :3]].mean(axis=1)
+    away = np.where(solution.model.region == 2, np.abs(middles[:, 0] - 99.0), np.inf)
+    dermis = int(away.argmin())
+    place = middles[dermis]
+    box = canvas.bounding_box()
+    centre = [float(x) for x in canvas.get_attribute("data-centre").split()]
+    px_per_mm = float(canvas.get_attribute("data-px-per-mm"))
+    x, y = (place - centre) * [px_per_mm, -px_per_mm]
+    tab.mouse.move(box["x"] + box["width"] / 2 + x, box["y"] + box["height"] / 2 + y)
+    said = pane.locator(".pointed").inner_text()
+    assert said.endswith(f"less made up: 0.0 kPa (element {dermis})")
+
+
 def test_a_curve_tells_its_values(visit: Visit, run_directory: Path) -> None:
     solution, tab = Solution.load(run_directory), visit.tab
     moved_to(tab, 4)

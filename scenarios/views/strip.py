@@ -1,0 +1,121 @@
+"""Pressure on both lips against time, under a film or a sheet: a cursor, or numbered instants."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import ArrayLike, NDArray
+
+from scenarios.results.solution import Solution
+from scenarios.views.labels import HALO
+from scenarios.views.panels import Place, axes_at
+from scenarios.views.scene import INK, LOWER, QUIET, UPPER
+
+Array = NDArray[np.float64]
+
+LIP_PRESSURES = (
+    ("upper_lip_pressure_kpa", "upper lip", UPPER),
+    ("lower_lip_pressure_kpa", "lower lip", LOWER),
+)
+VALUE_POINTS = 62.0
+"""Room of a written pressure, points."""
+
+
+def relative_axis(axes: Axes, start_s: float, end_s: float, *, size: float) -> None:
+    """Give axes whose x is time, s, a second axis above: 0 at the start of a replay, 1 at its end.
+
+    An only instant has none.
+    """
+    if end_s <= start_s:
+        return
+    span = end_s - start_s
+
+    def to_relative(time_s: ArrayLike) -> Array:
+        return (np.asarray(time_s, float) - start_s) / span
+
+    def to_seconds(share: ArrayLike) -> Array:
+        return start_s + np.asarray(share, float) * span
+
+    above = axes.secondary_xaxis("top", functions=(to_relative, to_seconds))
+    above.set_ticks(np.linspace(0.0, 1.0, 6))
+    above.tick_params(labelsize=size, colors=QUIET, length=3, pad=1)
+    above.spines["top"].set_color(QUIET)
+    above.set_xlabel("relative time", size=size, color=QUIET, labelpad=2)
+
+
+class HistoryStrip:
+    """Pressure on both lips against time, with a cursor."""
+
+    def __init__(self, figure: Figure, place: Place, solution: Solution, *, size: float) -> None:
+        axes = axes_at(figure, place)
+        self._curves = [(solution[name], colour) for name, _, colour in LIP_PRESSURES]
+        start, end = solution.time_s[[0, -1]]
+        for (output, colour), (_, title, _) in zip(self._curves, LIP_PRESSURES, strict=True):
+            axes.plot(output.time_s, output.values, color=colour, lw=1.8, label=title)
+        highest = max(float(output.values.max()) for output, _ in self._curves)
+        axes.set_ylim(0.0, 1.3 * highest or 1.0)  # room for the legend above the curves
+        axes.set_xlim(start, end if end > start else start + 1.0)
+        axes.set_xlabel("time, s", size=size, color=INK, labelpad=2)
+        relative_axis(axes, start, end, size=size - 2)
+        axes.set_ylabel("lip pressure, kPa", size=size, color=INK)
+        axes.yaxis.set_major_locator(MaxNLocator(4))
+        axes.tick_params(labelsize=size, colors=INK, length=3)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.spines[["left", "bottom"]].set_color(QUIET)
+        axes.set_facecolor("none")
+        axes.legend(loc="upper left", fontsize=size, frameon=False, ncols=2, borderaxespad=0.1)
+        self.axes = axes
+        self._line = axes.axvline(start, color=INK, lw=1.0, zorder=3)
+        self._dots = [
+            axes.plot([start], [0.0], "o", ms=7, mfc=colour, mec="white", zorder=4, clip_on=False)[
+                0
+            ]
+            for _, colour in self._curves
+        ]
+        self._values = [
+            axes.annotate(
+                "",
+                (1.0, 1.0),
+                xycoords="axes fraction",
+                xytext=(-VALUE_POINTS * (len(self._curves) - 1 - number), -2),
+                textcoords="offset points",
+                ha="right",
+                va="top",
+                size=size,
+                weight="bold",
+                color=colour,
+            )
+            for number, (_, colour) in enumerate(self._curves)
+        ]
+        self.artists: list[Artist] = [self._line, *self._dots, *self._values]
+
+    def show(self, time_s: float) -> None:
+        """Move the cursor to a time, s."""
+        self._line.set_xdata([time_s, time_s])
+        for dot, text, (output, _) in zip(self._dots, self._values, self._curves, strict=True):
+            value = output.at(time_s)
+            dot.set_data([time_s], [value])
+            text.set_text(f"{value:.0f} kPa")
+
+    def mark(self, times_s: Sequence[float], *, size: float) -> None:
+        """Mark instants, s, by number, instead of the cursor."""
+        for artist in self.artists:
+            artist.set_visible(False)
+        for number, time in enumerate(times_s, start=1):
+            self.axes.axvline(time, color=QUIET, lw=1.0, ls=(0, (3, 3)), zorder=0)
+            self.axes.annotate(
+                f"{number}",
+                (time, 0.0),
+                xytext=(3, 3),
+                textcoords="offset points",
+                size=size,
+                color=INK,
+                ha="left",
+                va="bottom",
+                path_effects=HALO,
+            )
