@@ -262,7 +262,7 @@ def optimum_message(found: Optimum) -> str:
     if not found.best:
         return f"{found.folder}: none of {len(found.trials)} necks meets every constraint"
     lines = [
-        f"{found.folder}: {TRIALS_FILE}, {PICTURE_FILE}, and drawings and scenario files in {BEST}/; "
+        f"{found.folder}: {TRIALS_FILE}, {PICTURE_FILE}, drawings and scenario files in {BEST}/; "
         f"{len(found.trials)} necks were tried"
     ]
     for trial in found.best:
