@@ -38,13 +38,12 @@ def search_figure(
         return (values[0], values[1]) if len(values) > 1 else (float(trial.number), values[0])
 
     for feasible, colour, shown in ((False, QUIET, "breaks a constraint"), (True, INK, "tried")):
-        points = [place(t) for t in trials if t.evaluation.is_feasible == feasible]
-        if points:
-            axes.scatter(*np.array(points).T, s=18, color=colour, alpha=0.5, label=shown)
+        points = np.array([place(t) for t in trials if t.evaluation.is_feasible == feasible])
+        if points.size:
+            axes.scatter(points[:, 0], points[:, 1], s=18, color=colour, alpha=0.5, label=shown)
     if best:
-        axes.scatter(
-            *np.array([place(t) for t in best]).T, s=46, color=line_style(0)[0], label="best"
-        )
+        points = np.array([place(trial) for trial in best])
+        axes.scatter(points[:, 0], points[:, 1], s=46, color=line_style(0)[0], label="best")
         for trial in best:
             axes.annotate(str(trial.number), place(trial), size=TEXT - 1, xytext=(5, 4),
                           textcoords="offset points")  # fmt: skip
