@@ -21,7 +21,17 @@ from scenarios.results.quantities import LIPS, Quantity
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import load_scenario
 from scenarios.views.limits import upper_limit
-from scenarios.views.scene import INK, LOWER, NECK, NECK_EDGE, PAPER, PRESSURE_COLOURS, QUIET, UPPER
+from scenarios.views.scene import (
+    INK,
+    LOWER,
+    NECK,
+    NECK_EDGE,
+    PAPER,
+    PRESSURE_COLOURS,
+    QUIET,
+    UPPER,
+    WARNING,
+)
 from scenarios.views.strip import relative_axis
 
 Array = NDArray[np.float64]
@@ -40,7 +50,6 @@ WINDOWS = {
     "lower_lip_pressure_kpa": "lower_lip_window_kpa",
 }
 RUN_COLOURS = (UPPER, LOWER, "#5b8c4a", "#8e4585", "#9a7d2e", "#555b66")
-WARNING = "#9c2f2f"
 IMPRINT_STEP_MM = 0.05
 IMPRINT_REACH_MM = 0.8
 IMPRINT_POINTS = 16

@@ -42,6 +42,7 @@ NECK_EDGE = "#3e4c5b"
 PACKAGE = "#dfe5ea"
 UPPER = "#1d6a86"
 LOWER = "#d07a2d"
+WARNING = "#9c2f2f"
 
 STRESS_COLOURS = LinearSegmentedColormap.from_list(
     "stress", ["#fae6d8", "#f2b48c", "#dd6a4c", "#a8243f", "#4f0a2e"]

@@ -11,10 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 
+from scenarios.messages.verdict import PAIN
 from scenarios.results.solution import Solution
 from scenarios.views.labels import HALO
 from scenarios.views.panels import Place, axes_at
-from scenarios.views.scene import INK, LOWER, QUIET, UPPER
+from scenarios.views.scene import INK, LOWER, QUIET, UPPER, WARNING
 
 Array = NDArray[np.float64]
 
@@ -48,6 +49,17 @@ def relative_axis(axes: Axes, start_s: float, end_s: float, *, size: float) -> N
     above.set_xlabel("relative time", size=size, color=QUIET, labelpad=2)
 
 
+def _say_pain(axes: Axes, *, size: float) -> None:
+    """Say from which pressure on it hurts, above the curves, and draw it if the axis reaches it."""
+    above = " (above this axis)" if PAIN.low > axes.get_ylim()[1] else ""
+    axes.text(
+        0.62, 0.985, f"pain from {PAIN.low:.0f} kPa{above}", size=size, color=WARNING, ha="center",
+        va="top", transform=axes.transAxes,
+    )  # fmt: skip
+    if not above:
+        axes.axhline(PAIN.low, color=WARNING, lw=1.2)
+
+
 class HistoryStrip:
     """Pressure on both lips against time, with a cursor."""
 
@@ -69,6 +81,7 @@ class HistoryStrip:
         axes.spines[["left", "bottom"]].set_color(QUIET)
         axes.set_facecolor("none")
         axes.legend(loc="upper left", fontsize=size, frameon=False, ncols=2, borderaxespad=0.1)
+        _say_pain(axes, size=size - 1)
         self.axes = axes
         self._line = axes.axvline(start, color=INK, lw=1.0, zorder=3)
         self._dots = [
