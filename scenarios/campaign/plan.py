@@ -214,7 +214,7 @@ def _cases(
         _check_necks(film, necks, points)
         for number, person in enumerate(people or (None,)):
             progress(number / max(len(people), 1), "building people and necks")
-            drinks = film.base if person is None else _met(study, film, person)
+            drinks = _filmed_person(study, film) if person is None else _met(study, film, person)
             nose = direction_of_nose(drinks.head.section())
             for draw in draws:
                 moved = _with_motion(study, film, drinks, nose, person, draw, out)
@@ -248,6 +248,13 @@ def _check_necks(film: FilmedSip, necks: Sequence[NamedNeck], points: Sequence[P
                 refuse_contradictions(neck_findings_of(scenario))
             except DrinksimError as error:
                 raise type(error)(f"neck {neck.name}: {error}") from error
+
+
+def _filmed_person(study: StudySettings, film: FilmedSip) -> Scenario:
+    """Return the sip of the filmed person, its placement in numbers where motions are sampled."""
+    if study.doubt.draws == 0:
+        return film.base
+    return film.base.with_(placement=film.meeting.scenario.placement, first_contact=None)
 
 
 def _met(study: StudySettings, film: FilmedSip, person: Person) -> Scenario:

@@ -119,6 +119,17 @@ def test_every_neck_meets_the_same_draws_of_the_motion(folder):
     assert not np.array_equal(motions["A38", 1][0], motions["A38", 2][0])
 
 
+def test_a_placement_that_is_found_is_kept_for_every_draw(folder):
+    text = (folder / "base.toml").read_text()
+    (folder / "base.toml").write_text(
+        text + '[placement]\nshift_x_mm = "auto"\n[first_contact]\nlower_time_s = 0.5\n'
+    )
+    found = plan(folder, "[doubt]\ndraws = 2\nplacement_sigma_mm = 0.0\n")
+    shifts = [scenario.placement.shift_x_mm for scenario in scenarios(folder, found)]
+    assert shifts == [found.films[0].meeting.shift.shift_x_mm] * 2
+    assert shifts[0] != 0.0
+
+
 def test_a_case_is_its_content_and_not_its_names(folder):
     first = plan(folder, "")
     text = (folder / "base.toml").read_text()

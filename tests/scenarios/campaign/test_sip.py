@@ -1,5 +1,6 @@
 """One sip of a study: its row, its limits, and how it goes on."""
 
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -104,3 +105,16 @@ def test_a_damaged_row_is_computed_again(tmp_path):
     SipRow(WHOLE).write(tmp_path)
     (tmp_path / "row.json").write_text("{")
     assert SipRow.read(tmp_path) is None
+
+
+def test_a_sip_that_hangs_is_ended_from_outside():
+    ended = threading.Event()
+    with sip._ended_after(0.05, ended.set):
+        assert ended.wait(5.0)
+
+
+def test_a_sip_that_is_done_in_time_is_not_ended():
+    ended = threading.Event()
+    with sip._ended_after(0.2, ended.set):
+        pass
+    assert not ended.wait(0.4)
