@@ -7,7 +7,10 @@ one. All steps are deterministic: the same input gives the same bits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import mmgpy
@@ -22,6 +25,9 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 SizeField = Callable[[Array], Array]
 """Maps points (n, 2), mm, to the edge length (n,) there, mm."""
+
+OF_MMG = (signal.SIGINT, signal.SIGTERM, signal.SIGABRT, signal.SIGFPE, signal.SIGILL)
+"""Signals whose handlers Mmg replaces without Python's knowledge."""
 
 REMESHING_PASSES = 4
 """Each pass takes the size field at the nodes of the previous one; four passes converge."""
@@ -80,12 +86,30 @@ def meshed(pieces: Mapping[str, Array], curves: Mapping[str, Array], field: Size
     mesh.set_triangles(all_triangles.astype(np.int32), np.concatenate(region).astype(np.int64))
     mesh.set_edges(pairs.astype(np.int32), labels.astype(np.int64))
     mesh.set_required_edges(np.arange(len(pairs), dtype=np.int32))
-    for _ in range(REMESHING_PASSES):
-        wished = field(mesh.get_vertices())
-        mesh.set_field("metric", wished[:, None])
-        mesh.remesh(verbose=-1, nosurf=1, hgrad=-1, hmin=0.3 * wished.min(), hmax=3 * wished.max())
+    with _signal_handlers_kept():
+        for _ in range(REMESHING_PASSES):
+            wished = field(mesh.get_vertices())
+            mesh.set_field("metric", wished[:, None])
+            sizes = {"hmin": 0.3 * wished.min(), "hmax": 3 * wished.max()}
+            mesh.remesh(verbose=-1, nosurf=1, hgrad=-1, **sizes)
     parts = _from_mmg(mesh, tuple(pieces), tuple(curves), len(pairs))
     return replace(parts, points=_relaxed(parts))
+
+
+@contextmanager
+def _signal_handlers_kept() -> Iterator[None]:
+    """Put Python's handlers back after the block: Mmg replaces them, and Ctrl-C would kill.
+
+    Only the main thread can; signals reach no other one.
+    """
+    try:
+        yield
+    finally:
+        if threading.current_thread() is threading.main_thread():
+            for number in OF_MMG:
+                handler = signal.getsignal(number)
+                if handler is not None:
+                    signal.signal(number, handler)
 
 
 def _from_mmg(

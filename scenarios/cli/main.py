@@ -8,11 +8,13 @@ line says how to go on).
 from __future__ import annotations
 
 import errno
+import io
 import os
 import shlex
 import sys
 from argparse import Namespace
 from collections.abc import Sequence
+from pathlib import Path
 
 from geometry2d.foundation.errors import DrinksimError
 from scenarios.cli.parser import NOT_FINISHED, complain, drinksim_parser, module_of
@@ -28,6 +30,7 @@ GOES_ON = ("calibrate",)
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
+    _open_streams()
     typed = list(sys.argv[1:] if arguments is None else arguments)
     options = drinksim_parser().parse_args(typed)
     try:
@@ -51,6 +54,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except DrinksimError as error:
         return complain(str(error))
     return code
+
+
+def _open_streams() -> None:
+    """Make both outputs take any character, and exist: they are None where they were closed."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            nowhere = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 stays open
+            setattr(sys, name, nowhere)
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _going_on(options: Namespace, typed: Sequence[str]) -> str:

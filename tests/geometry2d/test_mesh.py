@@ -234,3 +234,22 @@ def test_block_is_filled_by_its_layers(nx, ny, skin, fat):
 def test_impossible_meshes_are_refused(make, named):
     with pytest.raises(MeshError, match=named):
         make()
+
+
+def test_ctrl_c_is_an_exception_after_meshing():
+    script = """
+import signal
+from geometry2d.mesh import polygon_mesh
+both = (signal.SIGINT, signal.SIGTERM)
+handlers = [signal.getsignal(number) for number in both]
+polygon_mesh({"square": [(0, 0), (1, 0), (1, 1), (0, 1)]}, 0.3)
+assert [signal.getsignal(number) for number in both] == handlers
+try:
+    signal.raise_signal(signal.SIGINT)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "interrupted\n", (done.returncode, done.stderr)

@@ -531,3 +531,32 @@ def test_a_preview_refuses_a_drawing_in_centimetres(
     line = complaint(capsys, "preview", "A38-F", *settings, "--out", tmp_path / "preview.png")
     assert "a drawing in cm" in line
     assert not (tmp_path / "preview.png").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-", "<&-"])
+def test_a_closed_stream_is_no_error(closed: str) -> None:
+    command = f"{sys.executable} -m drinksim scenarios A38-F {closed}"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "environment",
+    [
+        {"LC_ALL": "C", "PYTHONIOENCODING": "ascii"},
+        {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+        {"PYTHONIOENCODING": "cp1252"},
+        {"HOME": "/nonexistent", "XDG_CACHE_HOME": "/nonexistent"},
+    ],
+)
+def test_any_locale_and_no_home_will_do(environment: dict[str, str]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "drinksim", "scenarios", "A38-F"],
+        env={"PATH": os.environ["PATH"], "PYTHONPATH": os.pathsep.join(sys.path)} | environment,
+        capture_output=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"[liquid]" in done.stdout
