@@ -277,7 +277,7 @@ MOTIONS = (
         r"(never|stays|nearest).*mm"),
     Mistake("y down", moved(column("rel_y_mm", lambda y: -y)), r"(never|stays|nearest|goes).*mm"),
     Mistake("angle clockwise", moved(column("rel_theta_deg", lambda a: -a)),
-        r"goes|stays|never|clock"),
+        r"the neck, .* goes .* into the"),
     Mistake("a neck that stays away", moved(column("rel_x_mm", lambda x: x + 200)),
         r"(never|stays|nearest).*mm"),
     Mistake("rows missing in the middle", moved(_holed), r"hole|missing", Right.FLAGGED),

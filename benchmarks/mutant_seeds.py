@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -99,11 +100,9 @@ resolution = "coarse"
 
 
 def markers(folder: Path) -> list[Path]:
-    everything = "\n".join(
-        line[2:] if line.startswith("# ") and ("=" in line or line.startswith("# [")) else line
-        for line in EXAMPLE.splitlines()
-        if not line.startswith(("# All", "# moving", "# reference"))
-    )
+    optional = re.compile(r"^# (?=\[|\w+ = )", re.MULTILINE)
+    everything = optional.sub("", EXAMPLE).replace("\nmoving", "\n# moving")
+    everything = everything.replace("\nreference", "\n# reference")
     return written(folder, {"example.toml": EXAMPLE, "everything.toml": everything})
 
 
