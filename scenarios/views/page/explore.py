@@ -33,10 +33,10 @@ assert {name for name, _ in CHARTS} <= {quantity.name for quantity in HISTORY}
 SPEEDS = (("1", "as filmed"), ("0.5", "half speed"), ("0.25", "quarter speed"), ("0.1", "a tenth"))
 MOST_SIDE_BY_SIDE = 2
 HELP = (
-    "Drag in the section to move it, turn the wheel to zoom, point for values. By keyboard: arrows "
-    "move the cross, Shift and arrows move the view, + and − zoom, 0 shows all. The arrow at the "
-    "neck is the force of both lips on the hand; bands beside the skin are contact pressure. "
-    "Click a curve or an imprint to go to that instant."
+    "Click in a section, then drag to move it and turn the wheel to zoom; point for values. By "
+    "keyboard: arrows move the cross, Shift and arrows move the view, + and − zoom, 0 shows all. "
+    "The arrow at the neck is the force of both lips on the hand; bands beside the skin are contact "
+    "pressure. Click a curve or an imprint to go to that instant."
 )
 DIFFERENCE = "Between the curves: red where the second run lies above the first, blue below it."
 

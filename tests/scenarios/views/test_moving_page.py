@@ -216,6 +216,24 @@ def test_the_keyboard_reaches_everything(visit: Visit) -> None:
     assert float(canvas.get_attribute("data-px-per-mm")) == pytest.approx(before, rel=1e-6)
 
 
+def test_the_wheel_zooms_a_section_in_use_and_scrolls_else(visit: Visit) -> None:
+    tab = visit.tab
+    canvas = tab.locator(".pane .section").first
+    canvas.scroll_into_view_if_needed()
+    before = float(canvas.get_attribute("data-px-per-mm"))
+    tab.locator("#explore .time").focus()
+    canvas.hover()
+    tab.mouse.wheel(0, -100)
+    tab.wait_for_timeout(200)
+    assert float(canvas.get_attribute("data-px-per-mm")) == pytest.approx(before)
+    canvas.scroll_into_view_if_needed()
+    canvas.click()
+    tab.mouse.wheel(0, -100)
+    tab.wait_for_timeout(200)
+    assert float(canvas.get_attribute("data-px-per-mm")) > 1.1 * before
+    tab.keyboard.press("0")
+
+
 def test_playing_ends_at_the_end(visit: Visit) -> None:
     tab = visit.tab
     moved_to(tab, 8)

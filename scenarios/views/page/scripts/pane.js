@@ -66,7 +66,9 @@ export class Pane {
       dragged = local(event);
       canvas.setPointerCapture(event.pointerId);
     });
-    canvas.addEventListener("pointerup", () => { dragged = null; });
+    for (const end of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(end, () => { dragged = null; });
+    }
     canvas.addEventListener("pointermove", (event) => {
       const [left, top] = local(event);
       if (dragged) {
@@ -77,6 +79,8 @@ export class Pane {
       }
     });
     canvas.addEventListener("wheel", (event) => {
+      // Who scrolls down the page must not be caught here: only a section in use zooms.
+      if (document.activeElement !== canvas && !event.ctrlKey) return;
       event.preventDefault();
       camera.zoomAbout(Math.exp(-0.0015 * event.deltaY), view.placeOf(...local(event)));
     }, { passive: false });
