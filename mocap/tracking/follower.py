@@ -19,6 +19,18 @@ CONTRAST_RANGE = (0.5, 1.7)
 # factor two in all recordings at hand.
 MISFIT_RATIO = 2.0
 MISFIT_MARGIN = 0.012
+# A moving marker is smeared over at most its path between two frames: misfit that is added per
+# squared ratio of that path to the marker's diameter, and the largest such ratio squared.
+SMEAR_MISFIT = 0.03
+MOST_SMEAR = 2.0
+# The usual misfit grows to at most this ratio to that of clean fits, whatever passes before the
+# marker; fits up to the second ratio are clean.
+WORST_MISFIT = 1.5
+CLEAN_MISFIT = 1.3
+CLEAN_MARGIN = 0.004
+# A marker that lay under a highlight from the start has more contrast without it, and fits better.
+UNVEILED_CONTRAST = 4.0
+UNVEILED_MISFIT = 0.5
 # A marker that is not visible slows down with this time constant (s): hands turn back.
 REST_S = 0.25
 # Weight of the newest detection in the usual appearance.
@@ -37,6 +49,9 @@ class Follower:
         Its estimated position and velocity.
     appearance
         Its latest fit, with radius, contrast and misfit averaged over the past.
+    clean
+        Its latest clean fit, averaged likewise: the look to which it returns behind a highlight, a
+        shadow or a step of the exposure.
     missing
         Number of frames since it was last detected.
     seen_s
@@ -49,6 +64,11 @@ class Follower:
     appearance: Detection
     missing: int = 0
     seen_s: float = 0.0
+    clean: Detection | None = None
+    smear: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.clean = self.clean or self.appearance
 
     def resembles(
         self,
@@ -56,16 +76,31 @@ class Follower:
         sizes: tuple[float, float] = SIZE_RANGE,
         contrasts: tuple[float, float] = CONTRAST_RANGE,
     ) -> bool:
-        """Whether a detection resembles this marker, within ranges of ratios."""
-        size, contrast = (
-            found.radius / self.appearance.radius,
-            found.contrast / self.appearance.contrast,
-        )
+        """Whether a detection resembles this marker, or its clean look, within ranges of ratios."""
+        assert self.clean is not None
+        looks = (self.appearance, self.clean)
         return (
             found.ring == self.appearance.ring
-            and sizes[0] < size < sizes[1]
-            and contrasts[0] < contrast < contrasts[1]
-            and found.misfit < MISFIT_MARGIN + MISFIT_RATIO * self.appearance.misfit
+            and any(
+                sizes[0] < found.radius / look.radius < sizes[1]
+                and contrasts[0] < found.contrast / look.contrast < contrasts[1]
+                for look in looks
+            )
+            and found.misfit
+            < MISFIT_MARGIN + MISFIT_RATIO * self.appearance.misfit + SMEAR_MISFIT * self.smear
+        )
+
+    def unveiled(self, found: Detection) -> bool:
+        """Whether a detection at the expected place shows this marker cleaner than ever before.
+
+        A clip may begin with a highlight or a shadow on the marker.
+        """
+        assert self.clean is not None
+        return (
+            found.ring == self.clean.ring
+            and SIZE_RANGE[0] < found.radius / self.clean.radius < SIZE_RANGE[1]
+            and CONTRAST_RANGE[0] < found.contrast / self.clean.contrast < UNVEILED_CONTRAST
+            and found.misfit < UNVEILED_MISFIT * self.clean.misfit
         )
 
     def gate_px(self, limit: float) -> float:
@@ -78,17 +113,31 @@ class Follower:
             state = self.kalman.state.copy()
             state[2:] *= math.exp(-interval_s / REST_S)
             self.kalman = KalmanState(state, self.kalman.covariance)
+        path = math.hypot(*self.kalman.state[2:]) * interval_s
+        self.smear = min((path / (2 * self.appearance.radius)) ** 2, MOST_SMEAR)
         self.kalman = self.kalman.after(interval_s, acceleration)
 
     def accept(self, found: Detection, time_s: float) -> None:
         """Accept a detection as this marker."""
         self.seen_s = time_s
         self.kalman = self.kalman.corrected(found.x, found.y, found.covariance)
-        m = APPEARANCE_MEMORY
-        self.appearance = replace(
-            found,
-            radius=(1 - m) * self.appearance.radius + m * found.radius,
-            contrast=(1 - m) * self.appearance.contrast + m * found.contrast,
-            misfit=(1 - m) * self.appearance.misfit + m * found.misfit,
-        )
+        assert self.clean is not None
+        if self.unveiled(found):
+            self.clean = self.appearance = found
+        if found.misfit < CLEAN_MISFIT * self.clean.misfit + CLEAN_MARGIN:
+            self.clean = _averaged(self.clean, found)
+        look = _averaged(self.appearance, found)
+        worst = WORST_MISFIT * self.clean.misfit + CLEAN_MARGIN
+        self.appearance = replace(look, misfit=min(look.misfit, worst))
         self.missing = 0
+
+
+def _averaged(look: Detection, found: Detection) -> Detection:
+    """Return a fit with radius, contrast and misfit averaged with those of a look."""
+    m = APPEARANCE_MEMORY
+    return replace(
+        found,
+        radius=(1 - m) * look.radius + m * found.radius,
+        contrast=(1 - m) * look.contrast + m * found.contrast,
+        misfit=(1 - m) * look.misfit + m * found.misfit,
+    )

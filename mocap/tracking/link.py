@@ -190,7 +190,7 @@ class Tracker:
         if jumped > LEAST_GATE_PX:
             follower.kalman = KalmanState.at_rest(x, y, FIRST_SPEED * self.picture[0])
         if guide.status == "fixed":
-            follower.appearance = spot
+            follower.appearance = follower.clean = spot
         follower.missing = 0
 
     def tracks(self) -> Tracks:
@@ -234,7 +234,7 @@ class Tracker:
         start = follower.appearance.parameters.copy()
         start[:2] = follower.kalman.state[:2]
         found = refit(image, start, ring=follower.appearance.ring)
-        if found is None or not follower.resembles(found):
+        if found is None or not (follower.resembles(found) or follower.unveiled(found)):
             return None
         away = math.hypot(*(np.array([found.x, found.y]) - follower.kalman.state[:2]))
         return found if away <= follower.gate_px(self._limit) else None
