@@ -35,8 +35,8 @@ MOST_SIDE_BY_SIDE = 2
 HELP = (
     "Click in a section, then drag to move it and turn the wheel to zoom; point for values. By "
     "keyboard: arrows move the cross, Shift and arrows move the view, + and − zoom, 0 shows all. "
-    "The arrow at the neck is the force of both lips on the hand; bands beside the skin are contact "
-    "pressure. Click a curve or an imprint to go to that instant."
+    "The arrow at the neck is the force of both lips on the hand; bands beside the skin are "
+    "contact pressure. Click a curve or an imprint to go to that instant."
 )
 DIFFERENCE = "Between the curves: red where the second run lies above the first, blue below it."
 
