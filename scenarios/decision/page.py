@@ -45,27 +45,30 @@ ABSENT = "–"
 WIDTH = "46rem"
 """Of figures, as of text."""
 
-SHOWN = (
-    HEADLINE,
-    *(
-        f"{lip}_lip_{name}"
-        for name in (
-            "window_kpa_peak",
-            "window_1_5mm_kpa_peak",
-            "mean_kpa_mean",
-            "contact_mm_mean",
-            "crest_contrast_mean",
-            "impulse_ns",
-            "seal_margin_kpa",
-            "force_n_peak",
-        )
+OF_BOTH_LIPS = {
+    "window_kpa_peak": "highest pressure, {lip} lip, kPa",
+    "window_1_5mm_kpa_peak": "the same over 1.5 mm, {lip} lip, kPa",
+    "mean_kpa_mean": "mean pressure, {lip} lip, kPa",
+    "contact_mm_mean": "touched length, {lip} lip, mm",
+    "crest_contrast_mean": "contrast of crests, {lip} lip",
+    "impulse_ns": "impulse, {lip} lip, N s",
+    "seal_margin_kpa": "seal, {lip} lip, kPa",
+    "force_n_peak": "largest force, {lip} lip, N",
+}
+LABELS = {
+    HEADLINE: "highest pressure, either lip, kPa",
+    **{
+        f"{lip}_lip_{name}": label.format(lip=lip)
+        for name, label in OF_BOTH_LIPS.items()
         for lip in LIPS
-    ),
-    "dermis_max_log_strain_peak",
-    "dermis_max_mises_kpa_peak",
-    "neck_off_film_mm_peak",
-)
-"""Measures that the page compares; the table has all."""
+    },
+    "dermis_max_log_strain_peak": "largest strain of the dermis",
+    "dermis_max_mises_kpa_peak": "largest stress of the dermis, kPa",
+    "neck_off_film_mm_peak": "neck away from the film, mm",
+}
+"""What the measures are called that the page compares; the table has all."""
+
+SHOWN = tuple(LABELS)
 
 MOST_PAIRS = 6
 """Pairs of necks that have a section of their own."""
@@ -131,7 +134,7 @@ def _answer(result: StudyOutcome) -> Markup:
     parts.append(
         tag(
             "p",
-            "The model is a plane section of the lips at rest: its pressures compare openings, "
+            "The model is a plane section of passive lips: its pressures compare openings, "
             "they are not yet a person's.",
             class_="quiet",
         )
@@ -176,7 +179,7 @@ def _measures(pairs: Sequence[PairedDifference]) -> Markup:
         "measure",
         str(first),
         str(second),
-        "difference",
+        "first − second",
         f"{100 * CONFIDENCE:.0f} % interval",
         f"P({first} gentler)",
         "verdict",
@@ -211,7 +214,7 @@ def _measure_row(pair: PairedDifference) -> Markup:
     )
     return tag(
         "tr",
-        tag("th", meaning(pair.measure), scope="row"),
+        tag("th", LABELS[pair.measure], scope="row", title=meaning(pair.measure)),
         *(tag("td", cell) for cell in cells),
     )
 
