@@ -442,10 +442,13 @@ def test_the_demo_says_what_to_look_at(
     said = capsys.readouterr().out.splitlines()
     stages = [line for line in said if line.endswith(" s")]
     assert [stage[:3] for stage in stages] == ["1/5", "2/5", "3/5", "4/5", "5/5"]
-    named = [Path(line.split("  ")[1]) for line in said[said.index("Look at") + 1 :]]
+    named = [Path(line.split("  ")[1]) for line in said if line.startswith("  ")]
     assert len(named) == 6
     assert all(path.is_file() and path.stat().st_size > 1000 for path in named)
     assert {"A38-F.mp4", "A38-F.png"} <= {path.name for path in named}
+    page = Path(said[-1].removeprefix("Open in a browser and drag the slider: "))
+    assert page == (tmp_path / "demo" / "A38-F.html").resolve()
+    assert "Move through the sip" in page.read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
