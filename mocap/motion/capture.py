@@ -13,7 +13,7 @@ from geometry2d.rigid import rotated
 from mocap.motion.coded import CodedBody, OutOfPlanePose, plane_poses, pose_known
 from mocap.motion.motion import MarkedBody, Motion
 from mocap.motion.picture import PictureScale
-from mocap.motion.poses import Poses, body_poses, usable_rows
+from mocap.motion.poses import Poses, body_poses, carried_by_two, usable_rows
 from mocap.motion.scale import BodyScale
 from mocap.motion.smooth import Smoothed, smoothed
 from mocap.tracking.markers import MarkerFile
@@ -79,6 +79,10 @@ def capture(
         Poses in space of the bodies that carry coded stickers.
     """
     known = {body: pose_known(poses.spatial, tracks.time_s) for body, poses in coded.items()}
+    for body in (markers.reference, markers.moving):
+        two = carried_by_two(tracks, markers.bodies[body])
+        if body not in coded and two is not None:
+            known[body] = two
     rows = usable_rows(tracks, markers, known)
     time = tracks.time_s[rows]
     poses: dict[str, Poses] = {}
@@ -99,6 +103,7 @@ def capture(
     head, package = smooth
     origin = head.position_mm[0]
     pixels = tracks.position_px[rows, tracks.names.index(package.marked.markers[0])]
+    shown = np.isfinite(pixels[:, 0])
     motion = Motion(
         time_s=time,
         relative_mm=rotated(package.position_mm - head.position_mm, -head.angle_rad),
@@ -110,7 +115,7 @@ def capture(
         package_rad=package.angle_rad,
         head_body=head.marked,
         package_body=package.marked,
-        picture=PictureScale.fitted(pixels, package.position_mm - origin),
+        picture=PictureScale.fitted(pixels[shown], (package.position_mm - origin)[shown]),
         rendered=markers.rendered,
     )
     return Capture(

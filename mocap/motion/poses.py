@@ -131,6 +131,18 @@ def usable_rows(
     return slice(int(first), int(last))
 
 
+def carried_by_two(tracks: Tracks, names: tuple[str, ...]) -> NDArray[np.bool_] | None:
+    """Return (n,) in which frames two or more marks of a body are known; None if it has only two.
+
+    All of them have to be known together once, which gives the body its shape.
+    """
+    columns = [tracks.names.index(name) for name in names]
+    finite = np.isfinite(tracks.position_px[:, columns, 0])
+    if len(names) < 3 or not finite.all(axis=1).any():
+        return None
+    return np.asarray(finite.sum(axis=1) >= 2)
+
+
 def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm: Array) -> Poses:
     """Return the pose of a body in every frame.
 
@@ -139,13 +151,23 @@ def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm:
     body, names
         The body and its markers.
     positions_mm, sigma_mm
-        (n, m, 2) and (n, m) marker positions and standard errors, mm.
+        (n, m, 2) and (n, m) marker positions and standard errors, mm; nan where a marker of a body
+        with three or more is hidden.
+
+    Raises
+    ------
+    MotionError
+        If no frame shows all markers.
     """
-    measured = positions_mm[..., 0] + 1j * positions_mm[..., 1]
-    weight = 1 / np.maximum(sigma_mm, 1e-6) ** 2
+    known = np.isfinite(positions_mm[..., 0])
+    if not known.all(axis=1).any():
+        raise MotionError(f"{body}: no frame shows {', '.join(names)} together")
+    measured = np.where(known, positions_mm[..., 0] + 1j * positions_mm[..., 1], 0.0)
+    weight = np.where(known, 1 / np.maximum(sigma_mm, 1e-6) ** 2, 0.0)
     total = weight.sum(axis=1)
     mean = (weight * measured).sum(axis=1) / total
-    shape = measured[0] - measured[0].mean()
+    whole = measured[int(np.argmax(known.all(axis=1)))]
+    shape = whole - whole.mean()
     angle = np.zeros(measured.shape[0])
     for _ in range(10 if len(names) > 1 else 1):
         offset = shape - (weight * shape).sum(axis=1, keepdims=True) / total[:, None]
@@ -173,11 +195,13 @@ def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm:
         covariance=covariance,
         shared_covariance=np.zeros_like(covariance),
         residual_mm=np.where(
-            (sigma_mm > INTERPOLATED * np.median(sigma_mm, axis=0)).any(axis=1),
+            (sigma_mm > INTERPOLATED * np.nanmedian(sigma_mm, axis=0)).any(axis=1),
             np.nan,
-            np.sqrt(np.mean(np.abs(measured - rigid) ** 2, axis=1)),
+            np.sqrt(np.nanmean(np.where(known, np.abs(measured - rigid) ** 2, np.nan), axis=1)),
         ),
-        expected_residual_mm=float(np.sqrt(np.median(sigma_mm) ** 2 * count / max(len(names), 1))),
+        expected_residual_mm=float(
+            np.sqrt(np.nanmedian(sigma_mm) ** 2 * count / max(len(names), 1))
+        ),
         turns=len(names) > 1,
         axis_rad=float(np.angle(shape[-1] - shape[0]) + angle[0]) if len(names) > 1 else 0.0,
     )

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry2d.rigid import rotated
-from mocap.motion.errors import ScaleError
+from mocap.motion.errors import MotionError, ScaleError
 from mocap.motion.poses import body_poses
 from mocap.motion.projection import PictureFormat, axis_px, rectified, undistorted
 from mocap.motion.scale import BodyScale, body_scales
@@ -224,6 +224,28 @@ def package_scale(tmp_path: Path, tracks: Tracks) -> BodyScale:
     path = tmp_path / "markers.toml"
     path.write_text("[scale]\npackage = 14.0\n[markers]\n")
     return body_scales(tracks, read_markers(path), tracks.position_px)["package"]
+
+
+def test_any_two_of_three_marks_carry_a_body() -> None:
+    rng = np.random.default_rng(4)
+    shape = np.array([0, 14, 6 + 20j])
+    angle = np.linspace(0, 0.8, 60)
+    place = np.column_stack([np.linspace(0, 30, 60), np.sin(angle)])
+    complexes = (place[:, 0] + 1j * place[:, 1])[:, None] + shape * np.exp(1j * angle)[:, None]
+    points = np.stack([complexes.real, complexes.imag], axis=-1)
+    points = points + rng.normal(0, 0.02, points.shape)
+    sigma = np.full((60, 3), 0.02)
+    for hidden, frames in ((0, slice(0, 20)), (1, slice(25, 40)), (2, slice(45, 60))):
+        points[frames, hidden] = sigma[frames, hidden] = np.nan
+    poses = body_poses("package", ("a", "b", "c"), points, sigma)
+    off = poses.position_mm - place
+    assert np.sqrt(np.mean(off**2)) < 0.05
+    assert np.abs(poses.angle_rad - angle).max() < 0.01
+    z = off[:, 0] / np.sqrt(poses.covariance[:, 0, 0])
+    assert 0.7 < np.sqrt(np.mean(z**2)) < 1.4
+    points[:, 0] = np.nan
+    with pytest.raises(MotionError, match="no frame shows a, b, c together"):
+        body_poses("package", ("a", "b", "c"), points, sigma)
 
 
 def test_a_steady_scale_is_one_number_with_its_error(tmp_path: Path) -> None:
