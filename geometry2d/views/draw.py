@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import shapely
@@ -21,6 +21,7 @@ from geometry2d.rigid import UNMOVED, RigidPlacement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.patches import Patch
 
 Array = NDArray[np.float64]
 
@@ -78,15 +79,15 @@ def draw_head(
     """
     if face:
         silhouette = np.concatenate([head.profile, cranium(head.profile)])
-        axes.fill(*silhouette.T, facecolor=palette.face, edgecolor="none", zorder=1)
-        axes.fill(*head.mouth.T, facecolor=palette.mouth, edgecolor="none", zorder=1.5)
+        _fill(axes, silhouette, facecolor=palette.face, edgecolor="none", zorder=1)
+        _fill(axes, head.mouth, facecolor=palette.mouth, edgecolor="none", zorder=1.5)
         for part in _above_and_below_mouth(head):
             axes.plot(*part.T, color=palette.profile, linewidth=1.0, zorder=6)
         for curve in ear():
             axes.plot(*curve.T, color=palette.profile, linewidth=0.8, zorder=2)
     for jaw in (head.upper_jaw, head.lower_jaw):
-        axes.fill(
-            *jaw.T, facecolor=palette.bone, edgecolor=palette.bone_edge, linewidth=0.7, zorder=3
+        _fill(
+            axes, jaw, facecolor=palette.bone, edgecolor=palette.bone_edge, linewidth=0.7, zorder=3
         )
     for tooth in (head.upper_tooth, head.lower_tooth):
         draw_outline(
@@ -101,8 +102,8 @@ def draw_section(axes: Axes, section: Section, *, palette: Palette = PALETTE) ->
     """Fill the regions of a section, in order, and draw its boundary."""
     colours = {"dermis": palette.dermis, "bulk": palette.bulk}
     for region, polygon in section.regions.items():
-        axes.fill(
-            *polygon.T, facecolor=colours.get(region, palette.bulk), edgecolor="none", zorder=4
+        _fill(
+            axes, polygon, facecolor=colours.get(region, palette.bulk), edgecolor="none", zorder=4
         )
     for name, curves in section.boundaries.items():
         if name == "cut":
@@ -111,6 +112,21 @@ def draw_section(axes: Axes, section: Section, *, palette: Palette = PALETTE) ->
             axes.plot(
                 *curve.T, color=palette.profile, linewidth=1.0 if name == "skin" else 0.6, zorder=6
             )
+
+
+def _fill(axes: Axes, points: Array, **style: Any) -> Patch:
+    """Fill a polygon (n, 2).
+
+    `Axes.fill` looks for extremes of every side as if it were a curve, which takes most of the time
+    of a drawing; those of a polygon are its corners.
+    """
+    from matplotlib.patches import Polygon
+
+    patch = Polygon(points, closed=True, **style)
+    axes.add_artist(patch)
+    axes.update_datalim(points)
+    axes.autoscale_view()
+    return patch
 
 
 def draw_muscles(
@@ -131,8 +147,8 @@ def draw_muscles(
     """
     for muscle in muscles:
         in_plane = isinstance(muscle.fibres, StraightFibres)
-        (patch,) = axes.fill(
-            *muscle.polygon.T, facecolor=palette.muscle, edgecolor=palette.muscle, alpha=0.55,
+        patch = _fill(
+            axes, muscle.polygon, facecolor=palette.muscle, edgecolor=palette.muscle, alpha=0.55,
             linewidth=0.8, zorder=5,
         )  # fmt: skip
         patch.set_hatch("///" if in_plane else "...")
@@ -162,7 +178,7 @@ def draw_outline(
 ) -> None:
     """Fill an outline at a placement."""
     points = placement.apply(outline.sampled(DRAWING_SPACING_MM))
-    axes.fill(*points.T, facecolor=face, edgecolor=edge, linewidth=linewidth, zorder=zorder)
+    _fill(axes, points, facecolor=face, edgecolor=edge, linewidth=linewidth, zorder=zorder)
 
 
 def draw_neck(
@@ -189,8 +205,9 @@ def draw_neck(
         Colours.
     """
     if package:
-        axes.fill(
-            *placement.apply(neck.silhouette).T,
+        _fill(
+            axes,
+            placement.apply(neck.silhouette),
             facecolor=palette.package,
             edgecolor=palette.package_edge,
             linewidth=0.8,
