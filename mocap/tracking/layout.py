@@ -25,6 +25,10 @@ PAIR_CONTRAST_RATIO = 1.8
 MOST_SPOTS = 40
 # Markers are placed below the line from ear to nose, on the jaw, and not above it.
 COST_OF_A_SPOT_ABOVE = 0.15
+# An arrangement is taken only if every other one costs so much more: where prints and freckles make
+# rivals, right and wrong ones differ by less than 0.11.
+SURE_MARGIN = 0.2
+MOST_LISTED = 12
 
 
 def assign_layout(
@@ -52,7 +56,7 @@ def assign_layout(
     Raises
     ------
     TrackingError
-        If no arrangement of the spots is a face with a package.
+        If no arrangement of the spots is a face with a package, or several could be.
     """
     free = [
         spot
@@ -72,7 +76,7 @@ def assign_layout(
             f"({', '.join(sought)}); give their positions in [markers], or start at a frame "
             "that shows them with --start"
         )
-    best: tuple[float, dict[str, Detection]] | None = None
+    found: list[tuple[float, dict[str, Detection]]] = []
     for package in _package_choices(free, known, sought):
         for head in _head_choices(free, known, sought, package, markers):
             chosen = {**known, **package, **head}
@@ -80,15 +84,32 @@ def assign_layout(
             if jaw is None or not _sized_like_markers({**chosen, **jaw}, markers):
                 continue
             cost = _cost(chosen, markers) + COST_OF_A_SPOT_ABOVE * _spots_above(free, chosen)
-            if best is None or cost < best[0]:
-                best = (cost, {**package, **head, **jaw})
-    if best is None:
+            found.append((cost, {**package, **head, **jaw}))
+    if not found:
         raise TrackingError(
             f"frame {frame}: {len(free)} round spots were found, but no arrangement of them is a "
             f"face with a package to its right (with {', '.join(sought)}); give the positions in "
             "[markers]"
         )
-    return {name: best[1][name] for name in sought}
+    found.sort(key=lambda item: item[0])
+    if len(found) > 1 and found[1][0] - found[0][0] < SURE_MARGIN:
+        raise TrackingError(_unsure(found, sought, frame))
+    return {name: found[0][1][name] for name in sought}
+
+
+def _unsure(
+    found: Sequence[tuple[float, Mapping[str, Detection]]], sought: Sequence[str], frame: int
+) -> str:
+    """Return which spots could be markers, for a user who says which they are."""
+    rivals = [chosen for cost, chosen in found if cost - found[0][0] < SURE_MARGIN]
+    spots = {(round(s.x), round(s.y)): None for chosen in rivals for s in chosen.values()}
+    listed = " ".join(f"[{x}, {y}]" for x, y in list(spots)[:MOST_LISTED])
+    more = " …" if len(spots) > MOST_LISTED else ""
+    return (
+        f"frame {frame}: {len(rivals)} arrangements of spots could be a face with a package, and "
+        f"none is clearly better: give the positions of {', '.join(sought)} in [markers]; the "
+        f"spots are at {listed}{more}"
+    )
 
 
 def _package_choices(

@@ -18,6 +18,7 @@ from mocap.synthetic.recording_file import write_recording
 from mocap.synthetic.truth import Truth
 from mocap.tracking.errors import TrackingError
 from mocap.tracking.follow import follow
+from mocap.tracking.locate import locate_markers
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import MarkerFileError
 from mocap.tracking.noise import with_temporal_noise
@@ -184,6 +185,21 @@ def test_markers_without_positions_are_told_by_their_layout() -> None:
 
 
 @pytest.mark.slow
+def test_a_printed_carton_is_not_taken_for_markers(tmp_path: Path) -> None:
+    import cv2
+
+    image = np.full((400, 640), 190, np.uint8)
+    for x in range(360, 620, 26):
+        for y in range(120, 380, 26):
+            cv2.circle(image, (x, y), 6, 40, -1, cv2.LINE_AA)
+    for at in ((120, 150), (310, 140)):
+        cv2.circle(image, at, 6, 40, -1, cv2.LINE_AA)
+    image = cv2.GaussianBlur(image, (0, 0), 0.8)
+    (tmp_path / "auto.toml").write_text('[scale]\npackage = 14.0\n[markers]\near = "auto"\n')
+    with pytest.raises(TrackingError, match=r"none is clearly better: give the positions of ear"):
+        locate_markers(image, read_markers(tmp_path / "auto.toml"), 0)
+
+
 def test_a_clip_corrected_by_hand(tmp_path: Path) -> None:
     video, markers, _ = drawn(SMALL)
     first = convert(video, markers, out=tmp_path / "first")
