@@ -21,6 +21,9 @@ Result = TypeVar("Result")
 
 INSTALL = "pip install 'drinksim[study]'"
 
+WORKER = "scenarios.campaign.worker"
+"""Module that a local worker imports first."""
+
 CONNECT_S = 20
 """Time in which a scheduler must answer, s."""
 
@@ -202,6 +205,7 @@ def opened_engine(
         memory_limit="auto" if memory_mb is None else int(memory_mb * 1e6),
         dashboard_address="127.0.0.1:0",
         silence_logs=logging.CRITICAL,
+        preload=[WORKER],
     )
     with cluster, distributed.Client(cluster) as client:
         yield DaskEngine(client)

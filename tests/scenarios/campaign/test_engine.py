@@ -1,5 +1,7 @@
 """One interface for one process, local workers and a cluster; the same rows from each."""
 
+import os
+import signal
 import subprocess
 import sys
 import time
@@ -12,7 +14,13 @@ from scenarios.campaign.settings import StudySettings
 from scenarios.campaign.sip import LOST, WHOLE, SipRow
 from scenarios.campaign.study import carried_out, study_directory
 from scenarios.campaign.table import read_parquet
-from tests.support.killed_study import killed_and_finished, table_of, undisturbed
+from tests.support.killed_study import (
+    ROOT,
+    killed_and_finished,
+    rows_in,
+    table_of,
+    undisturbed,
+)
 from tests.support.made_up_study import plan_of_factors, remembered
 
 
@@ -245,3 +253,21 @@ def test_two_processes_do_not_work_in_one_directory(tmp_path):
         study_directory(study, tmp_path / "out", resume=True),
     ):
         pass
+
+
+@pytest.mark.slow
+def test_workers_leave_an_interruption_to_the_process_that_was_typed(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tests.support.killed_study", str(tmp_path), "200"],
+        cwd=ROOT,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        process_group=0,
+    )
+    wait_for(lambda: rows_in(tmp_path) >= 6)
+    os.killpg(process.pid, signal.SIGINT)
+    _, told = process.communicate(timeout=60)
+    assert told.count("Traceback") == 1
+    assert told.strip().endswith("KeyboardInterrupt")
+    assert len((tmp_path / "results.csv").read_text().splitlines()) >= 1 + 2
