@@ -65,8 +65,10 @@ def changed(name: str, variant: str, out: Path, resolution: str) -> Scenario:
     times = variant.removeprefix("activation ")
     if times == variant:
         settings += variant.split()
-    follows = {"reference": str((out / "reference").resolve()), "reference_scenario": None}
-    scenario = load_scenario(name, settings).with_(hand=follows)
+    scenario = load_scenario(name, settings)
+    if scenario.hand.reference_scenario is not None:
+        follows = {"reference": str((out / "reference").resolve()), "reference_scenario": None}
+        scenario = scenario.with_(hand=follows)
     if times == variant:
         return scenario
     return with_activations(scenario, Solution.load(out / "as-it-is"), float(times))
@@ -103,9 +105,7 @@ def main() -> None:
     print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
     for variant, name in itertools.product(VARIANTS, options.scenarios):
         out: Path = options.out / name
-        hand = load_scenario(name).hand
-        assert hand.reference_scenario is not None  # these scenarios name one
-        passive = reference_run(hand.reference_scenario, options.resolution, out)
+        passive = reference_run(name.removesuffix("-acting"), options.resolution, out)
         folder = out / (variant.replace("=", "") or "as-it-is").replace(" ", "-")
         try:
             run = kept_run(changed(name, variant, out, options.resolution), folder)
