@@ -1,6 +1,6 @@
 """A short replay, killed again and again, goes on to the same bytes every time.
 
-    python -m benchmarks.kills [--count 200] [--seed 0] [--keep FOLDER]
+    python -m benchmarks.kills [--count 200] [--seconds S] [--seed 0] [--keep FOLDER]
 
 Every other kill comes at a random time of the replay, the others at a random one of its operations
 on files and folders (opening, renaming, removing, making, listing). The replay is then resumed once
@@ -108,10 +108,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--count", type=int, default=200)
     options.add_argument("--seed", type=int, default=0)
+    options.add_argument("--seconds", type=float, default=1e9, help="no kill after so many")
     options.add_argument("--keep", type=Path, help="folder for what failed")
     chosen = options.parse_args(arguments)
     rng = random.Random(chosen.seed)
-    failed = fresh = 0
+    kills = failed = fresh = 0
+    began = time.monotonic()
     with tempfile.TemporaryDirectory() as temporary:
         place = Path(temporary)
         scenario = short_sip(place)
@@ -119,12 +121,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         undisturbed = in_a_process(lambda: solve(scenario, out=whole))
         assert undisturbed.code == 0 and undisturbed.operations > 0
         for number in range(chosen.count):
+            if time.monotonic() - began > chosen.seconds:
+                break
             folder = place / f"{number}"
             folder.mkdir()
             when = {"at_operation": rng.randint(1, undisturbed.operations)}
             if number % 2:
                 when = {"after_s": rng.uniform(0.0, undisturbed.seconds)}
             in_a_process(lambda at=folder / "run": solve(scenario, out=at), **when)
+            kills += 1
             fresh += not any(folder.glob("run*/increments/*.npz"))
             wrong = failure(scenario, folder, whole)
             if wrong:
@@ -134,7 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                     shutil.copytree(folder, chosen.keep / folder.name)
             shutil.rmtree(folder)
     print(
-        f"| {chosen.count} kills | undisturbed {undisturbed.operations} operations, "
+        f"| {kills} kills | undisturbed {undisturbed.operations} operations, "
         f"{undisturbed.seconds:.1f} s | {fresh} before the first increment or after the last "
         f"| {failed} failed |"
     )
