@@ -69,6 +69,16 @@ def test_missing_frames_are_counted(tmp_path: Path) -> None:
     assert "2 frames are missing before 5" in " ".join(video.timing.warnings())
 
 
+def test_blended_frames_are_found_in_noise(tmp_path: Path) -> None:
+    rng = np.random.default_rng(6)
+    frames = pictures(16)
+    frames[11] = (0.5 * frames[10] + 0.5 * frames[12]).astype(np.uint8)
+    noisy = [np.clip(f + rng.normal(0, 2, f.shape), 0, 255).astype(np.uint8) for f in frames]
+    video = Video(written(tmp_path / "v.mp4", noisy))
+    list(video.frames())
+    assert video.timing.blended == (11,)
+
+
 def test_repeated_and_blended_frames_are_found(tmp_path: Path) -> None:
     frames = pictures(16)
     frames[6] = frames[5]
