@@ -40,6 +40,8 @@ ORDER = 3
 CUTOFFS_TRIED = 60
 # A sample whose standard error exceeds the median one by this factor gets no weight.
 WORSE = 4.0
+# If the noise is known, a large error is one: only interpolated samples have one so much larger.
+INTERPOLATED = 50.0
 # Shorter signals are not smoothed: their noise cannot be estimated.
 LEAST_SAMPLES = 8
 
@@ -125,7 +127,8 @@ def smoothed(
     penalty = _penalty_band(time / unit)
     usual = float(np.median(error))
     # Samples of much larger error are interpolated ones: the curve interpolates better itself.
-    weight = np.where(error > WORSE * usual, 0.0, 1 / error**2)
+    limit = INTERPOLATED if noise_known else WORSE
+    weight = np.where(error > limit * usual, 0.0, 1 / error**2)
     weight = weight / np.asarray(repeats, float)
     mean_weight = 1 / usual**2
     cutoffs = [cutoff_hz] if cutoff_hz else _cutoffs(time, unit)

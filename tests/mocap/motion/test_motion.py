@@ -226,6 +226,16 @@ def package_scale(tmp_path: Path, tracks: Tracks) -> BodyScale:
     return body_scales(tracks, read_markers(path), tracks.position_px)["package"]
 
 
+def test_a_signal_of_known_noise_is_followed_where_it_is_noisy() -> None:
+    rng = np.random.default_rng(8)
+    time = np.arange(90) / 30
+    signal = 60 / (1 + np.exp(-12 * (time - 1.0)))
+    error = np.where(np.abs(time - 1.0) < 0.25, 0.3, 0.02)
+    found = smoothed(time, signal + error * rng.normal(size=90), error, noise_known=True)
+    assert np.abs(found.values - signal).max() < 1.0
+    assert np.mean(np.abs(found.values - signal) < 3 * found.sigma) > 0.95
+
+
 def test_any_two_of_three_marks_carry_a_body() -> None:
     rng = np.random.default_rng(4)
     shape = np.array([0, 14, 6 + 20j])
