@@ -33,7 +33,7 @@ def colour_limits(solution: Solution, shown: Shown, samples: int = 24) -> tuple[
 
     What is highest in a crease or at a corner would leave all else pale: the dermis' limit is
     exceeded by one element in fifty at the worst increment, the pressure's is the peak of the mean
-    over the two most pressed elements.
+    over the two most pressed elements: bands of pressure show what elements bear.
     """
     names = np.array(solution.model.region_names)[solution.model.region]
     dermis = np.char.endswith(names, "dermis")

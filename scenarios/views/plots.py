@@ -41,14 +41,15 @@ FIVE_HISTORIES = (
     ("dermis_min_log_strain", "smallest log strain\nin the dermis"),
     ("dermis_max_log_strain", "largest log strain\nin the dermis"),
     ("dermis_max_mises_kpa", "largest von Mises\nin the dermis"),
-    ("upper_lip_pressure_kpa", "contact pressure\nupper lip"),
-    ("lower_lip_pressure_kpa", "contact pressure\nlower lip"),
+    ("upper_lip_window_kpa", "pressure over 0.5 mm\nupper lip"),
+    ("lower_lip_window_kpa", "pressure over 0.5 mm\nlower lip"),
 )
-"""The histories of the thesis' Figures 4.13 to 4.17."""
-WINDOWS = {
-    "upper_lip_pressure_kpa": "upper_lip_window_kpa",
-    "lower_lip_pressure_kpa": "lower_lip_window_kpa",
+"""The histories of the thesis' Figures 4.13 to 4.17, pressure over 0.5 mm of skin."""
+THESIS_PRESSURES = {
+    "upper_lip_window_kpa": "upper_lip_pressure_kpa",
+    "lower_lip_window_kpa": "lower_lip_pressure_kpa",
 }
+"""The thesis' measure of a pressure, which is drawn beside it if there is one run."""
 RUN_COLOURS = (UPPER, LOWER, "#5b8c4a", "#8e4585", "#9a7d2e", "#555b66")
 IMPRINT_STEP_MM = 0.05
 IMPRINT_REACH_MM = 0.8
@@ -251,18 +252,18 @@ def _history(axes: Axes, solution: Solution, name: str, colour: str, *, alone: b
     time = solution["relative_time"].values if several else solution.time_s
     label = solution.name
     axes.plot(time, solution[name].values, color=colour, lw=1.8, label=label)
-    window = WINDOWS.get(name)
-    if alone and window is not None:
-        axes.plot(time, solution[window].values, color=colour, lw=1.2, ls=(0, (4, 2)))
-        axes.plot([], [], color=colour, lw=1.2, ls=(0, (4, 2)), label="mean over 0.5 mm")
-        axes.plot([], [], color=colour, lw=1.8, label="two highest elements")
+    thesis = THESIS_PRESSURES.get(name)
+    if alone and thesis is not None:
+        axes.plot(time, solution[thesis].values, color=colour, lw=1.2, ls=(0, (4, 2)))
+        axes.plot([], [], color=colour, lw=1.8, label="mean over 0.5 mm")
+        axes.plot([], [], color=colour, lw=1.2, ls=(0, (4, 2)), label="two highest elements")
         handles, labels = axes.get_legend_handles_labels()
         axes.legend(handles[1:], labels[1:], loc="best", frameon=False, fontsize=10)
 
 
 def _threshold(axes: Axes, name: str) -> None:
     """Draw the threshold of a history if it lies within the axis, and say where it is."""
-    if name in WINDOWS:
+    if name in THESIS_PRESSURES:
         low, words = PAIN.low, f"pain from {PAIN.low:.0f} kPa"
     elif name == "dermis_max_log_strain":
         low, words = FAILURE.low, f"skin tears at {FAILURE.low:.2f}"

@@ -20,8 +20,8 @@ from scenarios.views.scene import INK, LOWER, QUIET, UPPER, WARNING
 Array = NDArray[np.float64]
 
 LIP_PRESSURES = (
-    ("upper_lip_pressure_kpa", "upper lip", UPPER),
-    ("lower_lip_pressure_kpa", "lower lip", LOWER),
+    ("upper_lip_window_kpa", "upper lip", UPPER),
+    ("lower_lip_window_kpa", "lower lip", LOWER),
 )
 VALUE_POINTS = 62.0
 """Room of a written pressure, points."""
@@ -61,7 +61,7 @@ def _say_pain(axes: Axes, *, size: float) -> None:
 
 
 class HistoryStrip:
-    """Pressure on both lips against time, with a cursor."""
+    """Highest mean pressure over 0.5 mm of each lip against time, with a cursor."""
 
     def __init__(self, figure: Figure, place: Place, solution: Solution, *, size: float) -> None:
         axes = axes_at(figure, place)
@@ -74,7 +74,7 @@ class HistoryStrip:
         axes.set_xlim(start, end if end > start else start + 1.0)
         axes.set_xlabel("time, s", size=size, color=INK, labelpad=2)
         relative_axis(axes, start, end, size=size - 2)
-        axes.set_ylabel("lip pressure, kPa", size=size, color=INK)
+        axes.set_ylabel("over 0.5 mm, kPa", size=size, color=INK)
         axes.yaxis.set_major_locator(MaxNLocator(4))
         axes.tick_params(labelsize=size, colors=INK, length=3)
         axes.spines[["top", "right"]].set_visible(False)
