@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from scenarios.results.integrity import read_inputs
 from scenarios.results.quantities import LIPS
 from scenarios.results.texts import motion_bytes
 from scenarios.settings.layers import values_by_path
@@ -285,8 +286,16 @@ def _settings_by_run(runs: Sequence[Reported]) -> dict[str, list[str]]:
     """Return every setting by its path: its value in each run."""
     settings = [values_by_path(run.scenario) for run in runs]
     paths = dict.fromkeys(path for values in settings for path in values)
+    same = _files_with_the_same_content(runs)
     return {
         path: [str(values.get(path, ABSENT)) for values in settings]
         for path in paths
-        if path not in NOT_COMPARED
+        if path not in NOT_COMPARED and path not in same
     }
+
+
+def _files_with_the_same_content(runs: Sequence[Reported]) -> set[str]:
+    """Return the settings that name files of the same content: each run has a copy of its own."""
+    folders = [run.solution.folder for run in runs]
+    known = [(read_inputs(folder) or {}) if folder else {} for folder in folders]
+    return {name for name, value in known[0].items() if all(k.get(name) == value for k in known)}

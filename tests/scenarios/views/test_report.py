@@ -22,6 +22,7 @@ from PIL import Image as Pillow
 from scenarios.cli.main import main
 from scenarios.messages.lines import verdict_message
 from scenarios.messages.verdict import FAILURE, PAIN, Verdict
+from scenarios.results.integrity import write_inputs
 from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import MotionFile, load_scenario
@@ -223,6 +224,26 @@ def test_runs_of_one_scenario_are_told_apart_and_forces_are_per_width(
 def test_a_comparison_says_what_differs(hostile_pair: Page) -> None:
     assert ["contact.friction", "1.0", "0.25"] in hostile_pair.cells
     assert "Settings that differ between the runs: 1" in hostile_pair.text
+
+
+@pytest.mark.slow
+def test_copies_of_one_film_are_no_difference(run_directory: Path, tmp_path: Path) -> None:
+    runs = [renamed(run_directory, tmp_path / name, name) for name in ("a", "b")]
+    recording = load_scenario(runs[1] / "scenario.toml").recording
+    assert recording is not None
+    kept = Path(recording.video)
+    shutil.copyfile(kept, tmp_path / "copy.mp4")
+    scenario = runs[1] / "scenario.toml"
+    text = scenario.read_text(encoding="utf-8")
+    scenario.write_text(text.replace(str(kept), str(tmp_path / "copy.mp4")), encoding="utf-8")
+    for checksums, shown in ((("one", "one"), False), (("one", "other"), True)):
+        for run, checksum in zip(runs, checksums, strict=True):
+            write_inputs(run, {"recording.video": checksum})
+            resealed(run)
+        out = tmp_path / "pair.html"
+        assert main(["report", *map(str, runs), "--out", str(out)]) == 0
+        page = Page(out.read_text(encoding="utf-8"))
+        assert any("recording.video" in cells for cells in page.cells) == shown
 
 
 def test_the_page_holds_what_repeats_the_run(
