@@ -82,6 +82,7 @@ def test_the_suction_is_found_beyond_the_limit_point(balloon):
     assert softest[top - 3] > 0 > softest[top + 3]
 
 
+@pytest.mark.slow
 def test_a_load_beyond_the_limit_point_is_not_reached(balloon):
     model, _ = balloon
     stretches = np.arange(1.05, 2.0, 0.01)

@@ -203,6 +203,7 @@ def test_thick_cylinder(element: str, to: float) -> None:
     assert found[1] == pytest.approx(expected[1], rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", ["T6", "Q4M", "Q8R"])
 @pytest.mark.parametrize("stretch", [1.1, 1.5])
 def test_sphere(element: str, stretch: float) -> None:

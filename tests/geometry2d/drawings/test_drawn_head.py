@@ -153,6 +153,7 @@ def test_a_head_drawn_by_hand_can_be_meshed(tmp_path):
     assert head.landmarks["stomion_upper"][1] > head.landmarks["stomion_lower"][1]
 
 
+@pytest.mark.slow
 @settings(
     max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

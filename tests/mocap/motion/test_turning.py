@@ -152,6 +152,7 @@ def test_a_package_that_comes_nearer_slowly_is_followed(tmp_path: Path) -> None:
     assert "followed as depth" in about
 
 
+@pytest.mark.slow
 def test_a_package_that_stays_in_its_plane_is_not_accused(tmp_path: Path) -> None:
     found, about, _ = measured(tmp_path)
     assert about == ""

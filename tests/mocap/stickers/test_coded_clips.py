@@ -87,6 +87,7 @@ def test_one_sticker_carries_a_body_and_dots_stand_beside_stickers(tmp_path) -> 
     assert_honest(lone, alone.motion.sigma)
 
 
+@pytest.mark.slow
 def test_a_film_without_stickers_says_what_to_do(tmp_path) -> None:
     clip = replace(CODED, stickers=(), frames=12)
     video, _, _ = clip.write(tmp_path)

@@ -154,6 +154,7 @@ def test_another_encoding_is_named(tmp_path: Path) -> None:
         read_markers(path)
 
 
+@pytest.mark.slow
 def test_many_bodies_are_refused_soon(tmp_path: Path) -> None:
     bodies = "".join(f"b{k} = ['m{k}']\n" for k in range(40_000))
     with pytest.raises(MarkerFileError, match="list at most 200"):

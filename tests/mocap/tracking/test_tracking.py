@@ -73,6 +73,7 @@ def test_errors_do_not_depend_on_the_place_within_a_pixel() -> None:
     assert np.ptp(means) < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "clip",
     [
@@ -200,6 +201,7 @@ def test_a_printed_carton_is_not_taken_for_markers(tmp_path: Path) -> None:
         locate_markers(image, read_markers(tmp_path / "auto.toml"), 0)
 
 
+@pytest.mark.slow
 def test_a_clip_corrected_by_hand(tmp_path: Path) -> None:
     video, markers, _ = drawn(SMALL)
     first = convert(video, markers, out=tmp_path / "first")

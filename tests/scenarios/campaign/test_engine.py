@@ -160,6 +160,7 @@ def test_a_scheduler_that_is_a_process_and_loses_one_of_its_workers(tmp_path):
     assert table(result.rows) == table(alone.rows)
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
     monkeypatch.setattr("scenarios.campaign.engine.CONNECT_S", 0.5)
     with (

@@ -130,6 +130,7 @@ def test_a_placement_that_is_found_is_kept_for_every_draw(folder):
     assert shifts[0] != 0.0
 
 
+@pytest.mark.slow
 def test_a_case_is_its_content_and_not_its_names(folder):
     first = plan(folder, "")
     text = (folder / "base.toml").read_text()

@@ -333,6 +333,7 @@ def test_a_recording_is_redrawn_whole_or_not_at_all(
     assert sorted(path.name for path in out.iterdir()) == [".drinksim", "A38-F"]
 
 
+@pytest.mark.slow
 def test_output_may_be_cut_off() -> None:
     command = f"{sys.executable} -c 'from scenarios.cli.main import main; raise SystemExit(main())'"
     piped = subprocess.run(

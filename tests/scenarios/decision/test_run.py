@@ -56,6 +56,7 @@ def computed_by(monkeypatch, solver):
     monkeypatch.setattr(run, "carried_out", partial(carried_out, solver=solver))
 
 
+@pytest.mark.slow
 def test_the_command_prints_the_sentence_and_leaves_page_and_tables(folder, capsys):
     assert main(["study", "study.toml", "--out", "out"]) == 0
     printed = capsys.readouterr().out
@@ -81,6 +82,7 @@ def test_an_interrupted_study_says_how_it_goes_on(folder, capsys, monkeypatch):
     assert "drinksim study study.toml --out out --resume" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_study_of_which_nothing_worked_ends_with_its_own_code(folder, capsys, monkeypatch):
     computed_by(monkeypatch, stopped)
     assert main(["study", "study.toml", "--out", "out"]) == 3

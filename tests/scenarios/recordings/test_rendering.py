@@ -90,6 +90,7 @@ def encounter(name: str) -> Encounter:
     return Encounter(*np.array(rows).T)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_the_neck_clears_teeth_and_nose(name):
     met = encounter(name)

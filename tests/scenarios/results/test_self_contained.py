@@ -119,6 +119,7 @@ def moved_alone(run_directory: Path, originals: Path) -> Path:
     return moved
 
 
+@pytest.mark.slow
 def test_a_moved_run_is_repeated_with_nothing_but_itself(
     with_head: Scenario, originals: Path, tmp_path: Path
 ) -> None:
@@ -219,6 +220,7 @@ def test_what_was_started_with_other_files_does_not_go_on(
         run.solve(scenario, out=tmp_path / "run", resume=True)
 
 
+@pytest.mark.slow
 def test_what_was_started_with_another_material_or_product_does_not_go_on(
     scenario: Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -235,6 +237,7 @@ def test_what_was_started_with_another_material_or_product_does_not_go_on(
         run.solve(scenario, out=tmp_path / "run", resume=True)
 
 
+@pytest.mark.slow
 def test_a_copy_that_was_changed_is_named(
     scenario: Scenario, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -19,6 +19,7 @@ MOTION = RigidMotion(
 )
 
 
+@pytest.mark.slow
 @given(
     crests=st.integers(0, 3),
     land=st.floats(1.0, 3.0),
