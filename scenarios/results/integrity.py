@@ -15,7 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from geometry2d.foundation.output import file_at_once
+from geometry2d.foundation.output import PARTIAL, file_at_once
 from scenarios.results.increment import SolutionError
 from scenarios.results.summary import SUMMARY_FILE
 
@@ -139,7 +139,9 @@ def _names(folder: Path) -> Iterator[str]:
     for file in sorted(folder.rglob("*")):
         name = file.relative_to(folder).as_posix()
         read = file.suffix in READ_ENDINGS or name.startswith(KEPT_FOLDER)
-        if file.is_file() and read and name != SUMMARY_FILE:
+        # What a killed process left half written is removed with the next draft of that file.
+        draft = file.name.startswith(".") and f"{PARTIAL}-" in file.name
+        if file.is_file() and read and not draft and name != SUMMARY_FILE:
             yield name
 
 
