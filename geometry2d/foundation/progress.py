@@ -21,6 +21,10 @@ BAR_WIDTH = 24
 SECONDS_BETWEEN_UPDATES = 0.1
 
 
+def no_progress(share: float, text: str) -> None:
+    """Show progress to nobody."""
+
+
 def silent(text: str) -> None:
     """Tell a warning to nobody."""
 
@@ -57,7 +61,7 @@ def chosen_progress(option: ProgressOption, title: str) -> Iterator[Progress]:
         with progress_line(title) as show:
             yield show
     else:
-        yield lambda share, text: None
+        yield no_progress
 
 
 def part_of(progress: Progress, start: float, end: float, *, title: str = "") -> Progress:
@@ -76,7 +80,7 @@ def part_of(progress: Progress, start: float, end: float, *, title: str = "") ->
 def progress_line(title: str) -> Iterator[Progress]:
     """Yield a function that shows progress on stderr if that is a terminal or a notebook."""
     if not (sys.stderr.isatty() or "ipykernel" in sys.modules):
-        yield lambda share, text: None
+        yield no_progress
         return
     shown_at = 0.0
     started = time.monotonic()

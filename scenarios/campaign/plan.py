@@ -25,11 +25,11 @@ from scenarios.campaign.variation import StudyError
 from scenarios.results.integrity import checksum
 from scenarios.settings.files import file_layers
 from scenarios.settings.hand import HandSettings
-from scenarios.settings.inputs import check_inputs, input_files
+from scenarios.settings.inputs import input_files
 from scenarios.settings.layers import SettingsLayer, values_by_path
 from scenarios.settings.person import Head
 from scenarios.settings.scenario import Scenario, scenario_from
-from scenarios.sip.replay import neck_findings_of, refuse_contradictions
+from scenarios.sip.replay import neck_findings_of, refuse_contradictions, refuse_unusable
 from scenarios.sip.run import with_known_motion
 
 RUNS, MOTIONS, INPUTS, REFERENCES = "runs", "motions", "inputs", "references"
@@ -145,8 +145,7 @@ def _filmed_sip(study: StudySettings, name: str, out: Path, progress: Progress) 
     if is_motion:
         layers.append(SettingsLayer({"motion": {"file": name}}, study.folder))
     scenario = scenario_from(layers)
-    check_inputs(scenario)
-    refuse_contradictions(neck_findings_of(scenario))
+    refuse_unusable(scenario)
     motion = _converted(scenario, out, progress)
     base = scenario.with_motion(motion).with_(recording=None)
     hand = base.hand if base.hand.mode != "recorded" else HandSettings(mode=study.meeting.hand)

@@ -30,10 +30,9 @@ from scenarios.campaign.history_checkpoint import HistoryCheckpoint
 from scenarios.campaign.measures import felt_measures
 from scenarios.results.history_file import HISTORY_FILE, write_history
 from scenarios.results.solution import Solution
-from scenarios.settings.inputs import check_inputs
 from scenarios.settings.layers import SettingsLayer
 from scenarios.settings.scenario import Scenario, ScenarioError, scenario_from
-from scenarios.sip.replay import neck_findings_of, refuse_contradictions, replay
+from scenarios.sip.replay import refuse_unusable, replay
 from scenarios.sip.run import NothingComputedError, solve
 
 Array = NDArray[np.float64]
@@ -195,8 +194,7 @@ def _replayed(task: SipTask, folder: Path, progress: Progress) -> _Replayed:
             scenario, out=out, resume=out is not None, threads=threads, progress=progress
         )
         return _Replayed(solution.finished, solution.message, solution.history)
-    check_inputs(scenario)
-    refuse_contradictions(neck_findings_of(scenario))
+    refuse_unusable(scenario)
     reference = scenario.hand.reference
     kept = HistoryCheckpoint(folder / CHECKPOINT_FILE)
     outcome = replay(

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from fem2d.export.deck import abaqus_deck
 from geometry2d.foundation.output import file_at_once
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import load_scenario
 from scenarios.sip.replay import prepared
 
 
-def export_abaqus(run: Path, out: Path, *, progress: Progress = lambda share, text: None) -> None:
+def export_abaqus(run: Path, out: Path, *, progress: Progress = no_progress) -> None:
     """Write the model of a run directory, meshed and driven as it was, into the file ``out``.
 
     Raises

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import check_writable, file_at_once
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from scenarios.results.solution import Solution
 from scenarios.views.plots import imprint
 
@@ -22,7 +22,7 @@ class ImprintError(DrinksimError):
     """An imprint cannot be written there."""
 
 
-def export_imprint(run: Path, out: Path, *, progress: Progress = lambda share, text: None) -> None:
+def export_imprint(run: Path, out: Path, *, progress: Progress = no_progress) -> None:
     """Write the imprint of a run directory, a row for each place and increment that are pressed.
 
     Columns are :data:`COLUMNS`: the lip; the increment's time, s, and relative time; the place

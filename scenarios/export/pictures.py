@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from geometry2d.foundation.output import directory_at_once
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from scenarios.results.solution import Solution
 from scenarios.views.animation import SHEET_FRAMES, animate, telling_times
 from scenarios.views.plots import plot_histories, plot_imprint
 
 
-def export_pictures(run: Path, out: Path, *, progress: Progress = lambda share, text: None) -> None:
+def export_pictures(run: Path, out: Path, *, progress: Progress = no_progress) -> None:
     """Write PNG pictures of a run directory into the directory ``out``.
 
     ``instant_1.png`` to ``instant_6.png`` fill a slide of 16 to 9; ``six_instants.png``,

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.output import directory_at_once
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from scenarios.results.increment import SectionModel
 from scenarios.results.quantities import CONTACT_FIELDS, IN_NECK_FRAME, JAW_HINGE, WITH_JAW
 from scenarios.results.skin_line import SkinLine
@@ -38,7 +38,7 @@ LEVEL = 6
 """Of zlib."""
 
 
-def export_vtk(run: Path, out: Path, *, progress: Progress = lambda share, text: None) -> None:
+def export_vtk(run: Path, out: Path, *, progress: Progress = no_progress) -> None:
     """Write a run directory as ``run.pvd`` and the files that it names into the directory ``out``.
 
     Raises

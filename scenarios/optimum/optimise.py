@@ -13,7 +13,7 @@ import numpy as np
 
 from geometry2d.drawings.neck_file import write_neck
 from geometry2d.foundation.output import file_at_once
-from geometry2d.foundation.progress import ProgressOption, chosen_progress
+from geometry2d.foundation.progress import ProgressOption, chosen_progress, no_progress
 from geometry2d.neck import neck_section
 from scenarios.campaign.engine import Engine, opened_engine
 from scenarios.campaign.plan import planned
@@ -174,12 +174,12 @@ def _evaluated(
     try:
         neck_section(measurements)
         study = replace(wanted.study, necks=({"name": "tried", **package_of(wanted, tried)},))
-        plan = planned(study, folder, _silent)
+        plan = planned(study, folder, no_progress)
     except ImpossibleError:
         raise
     except ValueError as error:
         raise ImpossibleError(str(error)) from error
-    result = carried_out(plan, folder, engine, solver=solver, progress=_silent)
+    result = carried_out(plan, folder, engine, solver=solver, progress=no_progress)
     whole = [row for row in result.rows if row["status"] == WHOLE]
     if len(whole) < LEAST_WHOLE * len(result.rows):
         reason = next(row["reason"] for row in result.rows if row["status"] != WHOLE)
@@ -213,10 +213,6 @@ def _violations(wanted: OptimumSettings, rows: Sequence[Row]) -> dict[str, float
     return {
         f"seal of the {lip} lip": least - _mean(rows, f"{lip}_lip_seal_margin_kpa") for lip in LIPS
     }
-
-
-def _silent(share: float, text: str) -> None:
-    pass
 
 
 def _write(found: Optimum) -> None:

@@ -32,7 +32,7 @@ from fem2d.solvers.state import State
 from fem2d.solvers.static import kept_at, static_path
 from fem2d.threads import Threads
 from geometry2d.foundation.output import file_at_once
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from geometry2d.rigid import RigidMotion
 from scenarios.settings.muscles import NAMES, Seen
 from scenarios.settings.scenario import ScenarioError
@@ -111,7 +111,7 @@ def find_activations(
     start_s: float,
     *,
     threads: Threads | None = None,
-    progress: Progress = lambda share, what: None,
+    progress: Progress = no_progress,
 ) -> tuple[FoundActivation, ...]:
     """Return what every activation that is "auto" in a scenario stands for.
 

@@ -23,7 +23,7 @@ from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.model import Model
 from fem2d.solvers.static import StaticResult, kept_at, static_path
 from fem2d.threads import Threads
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from geometry2d.rigid import RigidMotion
 from scenarios.settings.scenario import Muscle, ScenarioError
 from scenarios.settings.searches import PullSearch
@@ -71,7 +71,7 @@ def find_pull(
     motion: RigidMotion,
     *,
     threads: Threads | None = None,
-    progress: Progress = lambda share, what: None,
+    progress: Progress = no_progress,
 ) -> PullResult | None:
     """Return the pull of a scenario's muscle, searched where it is "auto"; None without a muscle.
 

@@ -20,7 +20,7 @@ from fem2d.solvers.march import MarchResult, MarchStatus, march
 from fem2d.solvers.model import Model
 from fem2d.solvers.state import State
 from fem2d.threads import Threads
-from geometry2d.foundation.progress import Progress, Warn, silent
+from geometry2d.foundation.progress import Progress, Warn, no_progress, silent
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from mocap.tracking.marker_file import read_markers
 from scenarios.messages import lines
@@ -28,6 +28,7 @@ from scenarios.results.increment import Increment, SectionModel
 from scenarios.results.quantities import LIPS
 from scenarios.results.recorder import Recorder, restored
 from scenarios.results.solution import Solution
+from scenarios.settings.inputs import check_inputs
 from scenarios.settings.scenario import Scenario, ScenarioError
 from scenarios.settings.searches import Period
 from scenarios.sip.activation import FoundActivation, find_activations
@@ -119,7 +120,7 @@ def prepared(
     threads: Threads | None = None,
     activations: Sequence[FoundActivation] | None = None,
     warn: Warn = silent,
-    progress: Progress = lambda share, what: None,
+    progress: Progress = no_progress,
 ) -> Prepared:
     """Return the model and the motion of a scenario whose motion is known.
 
@@ -207,6 +208,18 @@ def neck_findings_of(scenario: Scenario) -> tuple[Finding, ...]:
     )
 
 
+def refuse_unusable(scenario: Scenario, warn: Warn = silent) -> None:
+    """Check what can be known of a scenario without its motion: its files, its neck, its jaw.
+
+    Raises
+    ------
+    DrinksimError
+        As of :func:`check_inputs`; or if the neck contradicts the recording.
+    """
+    check_inputs(scenario)
+    refuse_contradictions(neck_findings_of(scenario), warn)
+
+
 def mark_distance_mm(scenario: Scenario) -> float | None:
     """Return how far apart the recording's two marks on the neck are, mm; None if unknown."""
     recording = scenario.recording
@@ -237,7 +250,7 @@ def replay(
     activations: Sequence[FoundActivation] | None = None,
     on_activations: Callable[[Sequence[FoundActivation]], None] = lambda found: None,
     warn: Warn = silent,
-    progress: Progress = lambda share, what: None,
+    progress: Progress = no_progress,
 ) -> Outcome:
     """Replay a scenario whose motion is known, and return how it went.
 

@@ -29,10 +29,9 @@ from scenarios.results.solution import Solution
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.results.writer import SolutionWriter
 from scenarios.settings.hand import HandSettings
-from scenarios.settings.inputs import check_inputs
 from scenarios.settings.scenario import Recording, Scenario, load_scenario
 from scenarios.sip.activation import FoundActivation, read_activations, write_activations
-from scenarios.sip.replay import neck_findings_of, refuse_contradictions, replay
+from scenarios.sip.replay import refuse_unusable, replay
 
 BESIDE_MOTION = ("summary.json", "tracks.csv")
 """What pictures need of a conversion beside its motion."""
@@ -144,9 +143,8 @@ def solve(
     OSError
         If ``out`` cannot be written.
     """
-    check_inputs(scenario)
     told = each_once(warn)
-    refuse_contradictions(neck_findings_of(scenario), told)
+    refuse_unusable(scenario, told)
     with chosen_progress(progress, f"replay {scenario.name}") as show:
         means = _Means(threads, told, show)
         if out is None:

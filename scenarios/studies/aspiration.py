@@ -16,7 +16,7 @@ import numpy as np
 
 from fem2d.materials.library import configuration_cards
 from geometry2d.foundation.output import directory_at_once
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from scenarios.studies.aspiration_plots import plot_comparison, plot_curve, plot_field
 from scenarios.studies.files import StudyResult, write_summary, write_table
 from scenarios.studies.suction_curve import Aspiration, AspirationOptions, Loss, aspirated
@@ -36,7 +36,7 @@ def aspiration_study(
     out: Path,
     options: AspirationOptions | None = None,
     *,
-    progress: Progress = lambda share, text: None,
+    progress: Progress = no_progress,
 ) -> StudyResult:
     """Suck at a configuration; write ``aspiration.csv``, pictures and ``summary.json``.
 
@@ -92,7 +92,7 @@ def thesis_comparison(
     out: Path,
     options: AspirationOptions | None = None,
     *,
-    progress: Progress = lambda share, text: None,
+    progress: Progress = no_progress,
 ) -> StudyResult:
     """Redo Figures 3.11 to 3.14: the four printed optima, to 7.3 kPa and to the highest suctions.
 

@@ -29,7 +29,7 @@ from geometry2d.foundation.output import (
     empty_directory,
     put_in_place,
 )
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from scenarios.studies.curve_gradient import Evaluation, SuctionCurve
 from scenarios.studies.files import StudyResult, write_summary, write_table
 from scenarios.studies.fit import (
@@ -60,7 +60,7 @@ def calibration_study(
     out: Path,
     options: CalibrationOptions | None = None,
     *,
-    progress: Progress = lambda share, text: None,
+    progress: Progress = no_progress,
 ) -> StudyResult:
     """Fit a configuration to a measured curve; write ``calibration.json``, a CSV and a picture.
 

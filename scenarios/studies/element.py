@@ -24,7 +24,7 @@ from fem2d.materials.material import Material, poisson_ratio
 from fem2d.materials.ogden import Ogden
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import directory_at_once
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from geometry2d.foundation.settings import setting
 from scenarios.studies.element_types import element_type_rows
 from scenarios.studies.files import StudyResult, write_summary
@@ -142,7 +142,7 @@ def cube_curve(material: Material, options: ElementOptions) -> Curve:
     )
 
 
-def thesis_figures(out: Path, *, progress: Progress = lambda share, text: None) -> StudyResult:
+def thesis_figures(out: Path, *, progress: Progress = no_progress) -> StudyResult:
     """Redo the studies behind the thesis' Figures 3.7, 3.8 and 3.9, and that of element types.
 
     ``figure-3.7.png`` … with ``figure-3.7-<curve>.csv`` beside, and ``element-types.csv`` as

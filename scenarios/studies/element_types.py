@@ -20,7 +20,7 @@ from fem2d.materials.material import Array
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.solvers.model import Model
 from fem2d.solvers.static import kept_at, solve_static
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 
 THESIS_SOFT = NeoHookean(0.0056, 3.5608)
 """Of the thesis' element study: ν is 0.4901."""
@@ -67,7 +67,7 @@ class ElementTypeRow:
 
 
 def element_type_rows(
-    cook_cells: int = 16, *, progress: Progress = lambda share, text: None
+    cook_cells: int = 16, *, progress: Progress = no_progress
 ) -> list[ElementTypeRow]:
     """Return one row a kind of element, in plane strain."""
     square = square_stresses("Q8")

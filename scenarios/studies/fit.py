@@ -15,7 +15,7 @@ from fem2d.materials.library import MaterialCard, material_from
 from fem2d.materials.material import Material
 from geometry2d.foundation.delimited import read_named_table
 from geometry2d.foundation.errors import DrinksimError
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from geometry2d.foundation.settings import setting
 from scenarios.studies.curve_gradient import Evaluation
 from scenarios.studies.identifiability import Identifiability, identifiability
@@ -223,7 +223,7 @@ def fitted(
     apex_mm: Array,
     options: CalibrationOptions,
     *,
-    progress: Progress = lambda share, text: None,
+    progress: Progress = no_progress,
 ) -> Fit:
     """Return the parameters at which ``curve`` comes nearest to ``apex_mm`` (k,), mm.
 

@@ -29,7 +29,7 @@ from fem2d.solvers.linear import fastest_solver
 from fem2d.solvers.model import Model
 from fem2d.solvers.static import StaticResult, StaticSettings, kept_at, static_path, static_step
 from geometry2d.foundation.errors import DrinksimError
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from geometry2d.foundation.settings import setting
 from geometry2d.mesh import polygon_mesh
 from geometry2d.neck import NECKS, NeckSection, neck_section
@@ -193,7 +193,7 @@ class Press:
         """Return how far the neck has come down at an equilibrium, mm."""
         return self.load(0.0).move[1] - result.load.move[1]
 
-    def pressed(self, *, progress: Progress = lambda share, text: None) -> StaticResult:
+    def pressed(self, *, progress: Progress = no_progress) -> StaticResult:
         """Return the equilibrium at which the neck carries the force.
 
         Raises

@@ -12,7 +12,7 @@ import numpy as np
 from fem2d.materials.library import configuration_cards
 from fem2d.solvers.static import StaticResult
 from geometry2d.foundation.output import directory_at_once
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from scenarios.studies.files import StudyResult, write_summary, write_table
 from scenarios.studies.imprint import Imprint, imprint_of
 from scenarios.studies.press import Press, PressOptions, force_n
@@ -23,7 +23,7 @@ def press_study(
     out: Path,
     options: PressOptions | None = None,
     *,
-    progress: Progress = lambda share, text: None,
+    progress: Progress = no_progress,
 ) -> StudyResult:
     """Press a neck into a lip; write ``press.json``, ``imprint.csv``, ``press.png``, a summary.
 

@@ -19,7 +19,7 @@ from fem2d.materials.library import MaterialCard, configuration_cards
 from fem2d.materials.material import Material
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import directory_at_once
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from scenarios.settings.tables import table_from
 from scenarios.studies.files import StudyResult, write_summary, write_table
 from scenarios.studies.fit import layers_with, number_of, parameters_of
@@ -84,7 +84,7 @@ def sensitivity_study(
     out: Path,
     options: CurveOptions | None = None,
     *,
-    progress: Progress = lambda share, text: None,
+    progress: Progress = no_progress,
 ) -> StudyResult:
     """Vary one thing after another; write CSV files, a picture and a ranked table.
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fem2d.loads.load import Load
 from fem2d.materials.material import Material
 from fem2d.solvers.static import StaticResult, eigenvalue_nearest_zero, kept_at, solve_static
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from geometry2d.foundation.settings import setting
 from scenarios.studies.suction import MPA_PER_KPA, SuctionModel, SuctionOptions
 
@@ -126,7 +126,7 @@ def aspirated(
     options: CurveOptions,
     *,
     search_kpa: float = 0.0,
-    progress: Progress = lambda share, text: None,
+    progress: Progress = no_progress,
 ) -> Aspiration:
     """Return the suction test on layers of material.
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from geometry2d.foundation.output import check_writable, file_at_once
-from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.progress import Progress, no_progress
 from mocap.synthetic.recording_file import write_recording
 from scenarios.results.solution import Solution
 from scenarios.views.filmed import Image
@@ -40,7 +40,7 @@ def animate(
     over_video: bool = False,
     at: float | None = None,
     field: str = "von_mises_mpa",
-    progress: Progress = lambda share, text: None,
+    progress: Progress = no_progress,
 ) -> None:
     """Show a run directory as a film, as six frames or at one instant, by the ending of ``out``.
 
@@ -88,7 +88,7 @@ def animate(
 def _write_instant(run_view: RunView, at: float, out: Path) -> None:
     start, end = run_view.solution.time_s[[0, -1]]
     times = np.array([start + at * (end - start)])
-    (picture,) = film_frames(run_view, times, lambda share, text: None)
+    (picture,) = film_frames(run_view, times, no_progress)
     Pillow.fromarray(picture).save(out)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from geometry2d.foundation.output import check_writable, file_at_once
-from geometry2d.foundation.progress import Progress, part_of
+from geometry2d.foundation.progress import Progress, no_progress, part_of
 from scenarios.messages.lines import lips_message
 from scenarios.results.history_file import HISTORY_FILE
 from scenarios.results.quantities import LIPS
@@ -43,7 +43,7 @@ def write_report(
     runs: Sequence[Solution | Path],
     out: Path,
     *,
-    progress: Progress = lambda share, text: None,
+    progress: Progress = no_progress,
 ) -> None:
     """Write one self-contained page about one solution, or comparing several.
 
