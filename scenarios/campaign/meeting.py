@@ -19,16 +19,13 @@ from geometry2d.curves import at_arc_lengths, nearest_arc_length
 from mocap.motion.motion import Motion
 from scenarios.settings.person import Head
 from scenarios.settings.scenario import Scenario
-from scenarios.sip.clearance import gaps_mm
+from scenarios.sip.clearance import Approach
 from scenarios.sip.lip_model import LipSkin
 from scenarios.sip.placement import place
 from scenarios.sip.recorded_motion import recorded_motion
 from scenarios.sip.shift import UNKNOWNS, Shift, with_lower_face_moved
 
 Array = NDArray[np.float64]
-
-INSTANTS = 200
-"""Of the motion, at which first contact is looked for."""
 
 
 @dataclass(frozen=True)
@@ -72,10 +69,9 @@ class Meeting:
         """
         neck, head = scenario.package.section(), scenario.head.section()
         placed = place(scenario, neck, head, recorded_motion(scenario, neck, head))
-        motion = placed.motion
-        times = np.linspace(motion.time_s[0], motion.time_s[-1], INSTANTS)
-        places = [motion.at(float(time)) for time in times]
-        gap = gaps_mm(placed.head, neck, places, "lower")
+        approach = Approach(placed.head, neck, placed.motion)
+        times, places = approach.time_s, approach.placements
+        gap = approach.gaps_mm["lower"]
         first = int(np.argmax(gap <= 0)) if np.any(gap <= 0) else int(np.argmin(gap))
         rim = places[first].apply(neck.rim_edge("lower"))
         skin = LipSkin.of(placed.head, "lower")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +13,51 @@ from fem2d.body.surface import Surface
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
-from geometry2d.rigid import RigidPlacement
+from geometry2d.rigid import RigidMotion, RigidPlacement
+from scenarios.results.quantities import LIPS
 
 Array = NDArray[np.float64]
 
 BORE_RADIUS_MM = 0.1
 """Radius of the corners of the bore's outline."""
 
+INSTANTS = 200
+"""Of a motion, at which the distance of neck and lips is looked at."""
+
 EVERY = 12
 """The distance of one point of the skin in so many bounds the distances of its neighbours."""
+
+
+@dataclass(frozen=True)
+class Approach:
+    """How a neck comes near the lips at rest and leaves them; computed when it is asked for.
+
+    Attributes
+    ----------
+    head, neck
+        The sections, each in its own frame.
+    motion
+        Of the neck in the frame of the head section.
+    """
+
+    head: HeadSection
+    neck: NeckSection
+    motion: RigidMotion
+
+    @cached_property
+    def time_s(self) -> Array:
+        """(n,) instants from the first sample of the motion to the last, s."""
+        return np.linspace(self.motion.time_s[0], self.motion.time_s[-1], INSTANTS)
+
+    @cached_property
+    def placements(self) -> list[RigidPlacement]:
+        """Where the neck is at each instant."""
+        return [self.motion.at(float(time)) for time in self.time_s]
+
+    @cached_property
+    def gaps_mm(self) -> dict[str, Array]:
+        """(n,) smallest distance of each lip's undeformed skin from the neck, mm, by lip."""
+        return {lip: gaps_mm(self.head, self.neck, self.placements, lip) for lip in LIPS}
 
 
 @dataclass(frozen=True)

@@ -19,15 +19,11 @@ from geometry2d.anatomy.head import HeadSection
 from geometry2d.crests import crests_behind_marks
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
-from geometry2d.rigid import RigidMotion, RigidPlacement
-from scenarios.results.quantities import LIPS
-from scenarios.sip.clearance import gaps_mm
+from geometry2d.rigid import RigidMotion
+from scenarios.sip.clearance import Approach
 from scenarios.sip.lip_model import WALLS
 
 Array = NDArray[np.float64]
-
-INSTANTS = 200
-"""Instants of the motion that are looked at."""
 
 SPACING_MM = 0.3
 """Distance of the points of a wall that are looked at."""
@@ -110,9 +106,7 @@ class Finding:
 
 
 def findings_of(
-    head: HeadSection,
-    neck: NeckSection,
-    motion: RigidMotion,
+    approach: Approach,
     *,
     filmed: NeckSection,
     mark_distance_mm: float | None,
@@ -121,23 +115,21 @@ def findings_of(
 
     Parameters
     ----------
-    head, neck
-        The sections, each in its own frame.
-    motion
-        Of the neck in the frame of the head section.
+    approach
+        Of the neck to the head.
     filmed
-        The neck that was filmed; ``neck`` itself if no other one is carried by it.
+        The neck that was filmed; the approach's own if no other one is carried by it.
     mark_distance_mm
         Distance of the two marks according to the recording, mm; None if it is not known.
     """
     found = [
-        *time_findings(motion.time_s),
-        *_size_findings(head, motion),
-        *neck_findings(neck, filmed, mark_distance_mm),
-        *jaw_findings(head),
+        *time_findings(approach.motion.time_s),
+        *_size_findings(approach.head, approach.motion),
+        *neck_findings(approach.neck, filmed, mark_distance_mm),
+        *jaw_findings(approach.head),
     ]
     if not any(finding.severity is Severity.ERROR for finding in found):
-        found += _path_findings(head, neck, motion)
+        found += _path_findings(approach)
     return tuple(sorted(found, key=lambda finding: finding.severity is Severity.WARNING))
 
 
@@ -267,22 +259,18 @@ def jaw_findings(head: HeadSection) -> Iterator[Finding]:
         )
 
 
-def _path_findings(head: HeadSection, neck: NeckSection, motion: RigidMotion) -> Iterator[Finding]:
+def _path_findings(approach: Approach) -> Iterator[Finding]:
     """Yield what is odd about where the neck goes."""
-    times = np.linspace(motion.time_s[0], motion.time_s[-1], INSTANTS)
-    places = [motion.at(float(time)) for time in times]
-    yield from _turned_findings(head, neck, places)
-    yield from _bone_findings(head, neck, times, places)
-    yield from _lip_findings(head, neck, times, places)
+    yield from _turned_findings(approach)
+    yield from _bone_findings(approach)
+    yield from _lip_findings(approach)
 
 
-def _turned_findings(
-    head: HeadSection, neck: NeckSection, places: list[RigidPlacement]
-) -> Iterator[Finding]:
+def _turned_findings(approach: Approach) -> Iterator[Finding]:
     """Yield a finding if not the rim but the package's end of the neck is at the mouth."""
-    left, bottom, right, top = _box(neck)
+    left, bottom, right, top = _box(approach.neck)
     middle = 0.5 * (bottom + top)
-    mouth = _mouth(head)
+    mouth, places = _mouth(approach.head), approach.placements
     rim, end = (
         np.array([np.hypot(*(place.apply(np.array([[x, middle]]))[0] - mouth)) for place in places])
         for x in (left, right)
@@ -298,12 +286,11 @@ def _turned_findings(
         )
 
 
-def _bone_findings(
-    head: HeadSection, neck: NeckSection, times: Array, places: list[RigidPlacement]
-) -> Iterator[Finding]:
+def _bone_findings(approach: Approach) -> Iterator[Finding]:
     """Yield a finding for each hard part of the head that the neck goes into."""
+    head, neck, times = approach.head, approach.neck, approach.time_s
     walls = np.concatenate([getattr(neck, wall).sampled(SPACING_MM) for wall in WALLS])
-    points = np.stack([place.apply(walls) for place in places])
+    points = np.stack([place.apply(walls) for place in approach.placements])
     hard = {
         "the upper incisor": head.upper_tooth,
         "the lower incisor": head.lower_tooth,
@@ -323,10 +310,8 @@ def _bone_findings(
             )
 
 
-def _lip_findings(
-    head: HeadSection, neck: NeckSection, times: Array, places: list[RigidPlacement]
-) -> Iterator[Finding]:
-    gaps = {lip: gaps_mm(head, neck, places, lip) for lip in LIPS}
+def _lip_findings(approach: Approach) -> Iterator[Finding]:
+    gaps, times = approach.gaps_mm, approach.time_s
     if all(gap[0] < -STARTS_FREE_MM for gap in gaps.values()):
         yield Finding(
             Severity.ERROR,

@@ -33,6 +33,7 @@ from scenarios.settings.scenario import Scenario, ScenarioError
 from scenarios.settings.searches import Period
 from scenarios.sip.activation import FoundActivation, find_activations
 from scenarios.sip.carrying import CarriedNeck, carried
+from scenarios.sip.clearance import Approach
 from scenarios.sip.findings import Finding, Severity, findings_of, jaw_findings, neck_findings
 from scenarios.sip.hand import about_hand, chosen_hand
 from scenarios.sip.jaw import JawCourse
@@ -142,7 +143,8 @@ def prepared(
         or if what is "auto" cannot be found.
     """
     progress(0.0, "placing the neck")
-    placed, carried_neck, found = placed_neck(scenario)
+    there = placed_neck(scenario)
+    placed, carried_neck, found = there.placed, there.carried, there.findings
     refuse_contradictions(found, warn)
     motion = carried_neck.motion
     jaw = scenario.head.jaw
@@ -177,7 +179,29 @@ def prepared(
     )
 
 
-def placed_neck(scenario: Scenario) -> tuple[Placed, CarriedNeck, tuple[Finding, ...]]:
+@dataclass(frozen=True)
+class PlacedNeck:
+    """Where head and neck are in a recorded motion.
+
+    Attributes
+    ----------
+    placed
+        How neck and lower face were placed.
+    carried
+        How the neck takes the place of the one that was filmed.
+    approach
+        Of the neck to the head.
+    findings
+        What is wrong or odd about it, errors first.
+    """
+
+    placed: Placed
+    carried: CarriedNeck
+    approach: Approach
+    findings: tuple[Finding, ...]
+
+
+def placed_neck(scenario: Scenario) -> PlacedNeck:
     """Return where head and neck are in the recorded motion, and what is wrong or odd about it.
 
     Raises
@@ -189,14 +213,9 @@ def placed_neck(scenario: Scenario) -> tuple[Placed, CarriedNeck, tuple[Finding,
     head = scenario.head.section()
     placed = place(scenario, filmed, head, recorded_motion(scenario, filmed, head))
     carried_neck = carried(placed.motion, filmed, neck, scenario.placement.anchor)
-    found = findings_of(
-        placed.head,
-        neck,
-        carried_neck.motion,
-        filmed=filmed,
-        mark_distance_mm=mark_distance_mm(scenario),
-    )
-    return placed, carried_neck, found
+    approach = Approach(placed.head, neck, carried_neck.motion)
+    found = findings_of(approach, filmed=filmed, mark_distance_mm=mark_distance_mm(scenario))
+    return PlacedNeck(placed, carried_neck, approach, found)
 
 
 def neck_findings_of(scenario: Scenario) -> tuple[Finding, ...]:

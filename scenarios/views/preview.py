@@ -16,10 +16,9 @@ from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
 from geometry2d.views.draw import draw_head, draw_neck
 from scenarios.messages.lines import carried_message, placement_message
-from scenarios.results.quantities import LIPS
 from scenarios.settings.inputs import check_inputs
 from scenarios.settings.scenario import Scenario
-from scenarios.sip.clearance import gaps_mm
+from scenarios.sip.clearance import Approach
 from scenarios.sip.findings import Finding, Severity
 from scenarios.sip.replay import neck_findings_of, placed_neck
 from scenarios.sip.run import with_known_motion
@@ -35,7 +34,6 @@ HALF_VIEW_MM = 40.0
 
 LINE_CHARACTERS = 118
 DOTS_PER_INCH = 110
-INSTANTS = 200
 PANEL_INCHES = 4.2
 ROW_INCHES = 0.24
 
@@ -63,18 +61,16 @@ def write_preview(scenario: Scenario, out: Path, *, progress: Progress) -> tuple
     of_neck = neck_findings_of(scenario)
     if any(finding.severity is Severity.ERROR for finding in of_neck):
         return of_neck
-    placed, carried, found = placed_neck(with_known_motion(scenario, progress))
+    there = placed_neck(with_known_motion(scenario, progress))
     progress(1.0, "drawing")
-    neck = scenario.package.section()
-    notes = [placement_message(placed.about()), carried_message(carried.about())]
+    approach, placed, found = there.approach, there.placed, there.findings
+    notes = [placement_message(placed.about()), carried_message(there.carried.about())]
     figure = preview_figure(
         f"{scenario.name}: {_neck_name(scenario)}",
-        placed.head,
-        neck,
-        carried.motion,
-        _telling_instants(
-            placed.head, neck, carried.motion, near_mm=scenario.numerics.period.near_mm
-        ),
+        approach.head,
+        approach.neck,
+        approach.motion,
+        _telling_instants(approach, near_mm=scenario.numerics.period.near_mm),
         head_angle_rad=placed.head_angle_rad,
         errors=[str(f) for f in found if f.severity is Severity.ERROR],
         warnings=[str(f) for f in found if f.severity is Severity.WARNING],
@@ -92,13 +88,9 @@ def _neck_name(scenario: Scenario) -> str:
     return f"neck {package.neck}" + ("" if scenario.filmed is None else ", changed")
 
 
-def _telling_instants(
-    head: HeadSection, neck: NeckSection, motion: RigidMotion, *, near_mm: float
-) -> list[float]:
+def _telling_instants(approach: Approach, *, near_mm: float) -> list[float]:
     """Return when the neck first comes near the lips, half way, and when it last is near, s."""
-    times = np.linspace(motion.time_s[0], motion.time_s[-1], INSTANTS)
-    places = [motion.at(float(time)) for time in times]
-    gap = np.min([gaps_mm(head, neck, places, lip) for lip in LIPS], axis=0)
+    times, gap = approach.time_s, np.min(list(approach.gaps_mm.values()), axis=0)
     near = times[gap < near_mm]
     if near.size == 0:
         return [float(times[int(np.argmin(gap))])]

@@ -8,6 +8,7 @@ import pytest
 from geometry2d.anatomy.head import HeadMeasurements, HeadSection, head_section
 from geometry2d.neck import A38_NECK, DC_NECK, NeckSection, neck_section
 from geometry2d.rigid import RigidMotion
+from scenarios.sip.clearance import Approach
 from scenarios.sip.findings import Finding, Severity, findings_of
 
 TIMES = np.linspace(0.0, 4.0, 101)
@@ -38,7 +39,8 @@ def about(found: tuple[Finding, ...], subject: str) -> Finding:
 
 
 def found_with(head, neck, motion, *, filmed=None, marks=14.0):
-    return findings_of(head, neck, motion, filmed=filmed or neck, mark_distance_mm=marks)
+    approach = Approach(head, neck, motion)
+    return findings_of(approach, filmed=filmed or neck, mark_distance_mm=marks)
 
 
 def test_a_sip_as_it_should_be_has_no_findings(head, neck):
