@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
+from scenarios.results.fields import held_fields
 from scenarios.results.increment import Increment, LipContact, SectionModel, SolutionError
 from scenarios.results.quantities import (
     CONTACT_FIELDS,
@@ -56,10 +58,19 @@ class FieldsOnDisk:
     def element(self, index: int) -> Mapping[str, Array]:
         """Return the element fields (e,) of an increment, by name of ELEMENT_FIELDS."""
         with opened(self.file) as store:
-            return {
-                quantity.name: store[f"element/{quantity.name}"][index].astype(float)
-                for quantity in ELEMENT_FIELDS
-            }
+            return {name: store[f"element/{name}"][index].astype(float) for name in self.names}
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The element fields that are kept, in the order of ELEMENT_FIELDS."""
+        with opened(self.file) as store:
+            return held_fields(store["element"])
+
+    def along(self, name: str) -> Array:
+        """Return an element field in every increment, (k, e)."""
+        with opened(self.file) as store:
+            values: Array = store[f"element/{name}"][:].astype(float)
+        return values
 
 
 @contextmanager
@@ -164,8 +175,10 @@ class FieldRows:
         ):
             self._row("increments", quantity, values, index, "f8", ALONG[quantity.name])
         axes = ("time_s", "triangle")
+        held = held_fields(increment.element)
         for quantity in ELEMENT_FIELDS:
-            self._row("element", quantity, increment.element[quantity.name], index, "f4", axes)
+            if quantity.name in held:
+                self._row("element", quantity, increment.element[quantity.name], index, "f4", axes)
         for lip, contact in increment.contact.items():
             group = f"contact/{lip}"
             if index == 0:

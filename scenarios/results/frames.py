@@ -67,11 +67,10 @@ def data_set(
     }
     moved = np.array([fields.displacement(index) for index in times])
     data["displacement_mm"] = (("time_s", "node", "axis"), moved, {"units": "mm"})
-    elements = [fields.element(index) for index in times]
     for quantity in ELEMENT_FIELDS:
-        values = np.array([element[quantity.name] for element in elements])
-        about = {"units": quantity.unit, "long_name": quantity.meaning}
-        data[quantity.name] = (("time_s", "element"), values, about)
+        if quantity.name in fields.names:
+            about = {"units": quantity.unit, "long_name": quantity.meaning}
+            data[quantity.name] = (("time_s", "element"), fields.along(quantity.name), about)
     for lip, along in contact.items():
         for quantity in CONTACT_FIELDS:
             about = {"units": quantity.unit, "long_name": quantity.meaning}

@@ -73,7 +73,12 @@ ELEMENT_FIELDS = (
     Quantity("log_strain_min", "", "smallest principal logarithmic strain, element mean"),
     Quantity("log_strain_max", "", "largest principal logarithmic strain, element mean"),
     Quantity("von_mises_mpa", "MPa", "von Mises stress, element mean"),
+    Quantity("thickness_stretch", "", "stretch across the section, element mean"),
+    Quantity("activation", "", "of the muscle fibres in the element, 0 where there are none"),
 )
+LATER_FIELDS = ("thickness_stretch", "activation")
+"""Those of them that a run of an earlier version lacks."""
+
 CONTACT_FIELDS = (
     Quantity("pressure_mpa", "MPa", "contact pressure of the neck on the lip"),
     Quantity("shear_mpa", "MPa", "contact shear of the neck on the lip"),

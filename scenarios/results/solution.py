@@ -19,7 +19,7 @@ from geometry2d.foundation.output import partial_directory
 from geometry2d.foundation.provided import Provided
 from geometry2d.rigid import UNMOVED, RigidPlacement
 from mocap.motion.motion import Motion
-from scenarios.results.fields import FieldsInMemory, FieldStore
+from scenarios.results.fields import FieldsInMemory, FieldStore, held_fields
 from scenarios.results.fields_file import (
     FIELDS_FILE,
     FieldsOnDisk,
@@ -33,7 +33,6 @@ from scenarios.results.increment import Increment, LipContact, SectionModel, Sol
 from scenarios.results.integrity import checked_summary
 from scenarios.results.quantities import (
     CONTACT_FIELDS,
-    ELEMENT_FIELDS,
     HISTORY,
     JAW_HINGE,
     Quantity,
@@ -114,7 +113,8 @@ class Snapshot:
     def plot(self, field: str = "von_mises", axes: Axes | None = None) -> Axes:
         """Draw the section in the head frame and return the axes, new ones of pyplot by default.
 
-        ``field`` colours the dermis: ``von_mises``, ``log_strain_max`` or ``log_strain_min``.
+        ``field`` colours the tissue: ``von_mises``, ``log_strain_max``, ``log_strain_min``,
+        ``thickness_stretch`` or ``activation``.
         """
         return SNAPSHOT_PLOT.function(self, field, axes)
 
@@ -372,9 +372,7 @@ def _lip_contact(increments: Sequence[Increment], lip: str) -> LipContact:
 
 
 def _in_single_precision(element: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[np.float32]]:
-    return {
-        quantity.name: np.asarray(element[quantity.name], np.float32) for quantity in ELEMENT_FIELDS
-    }
+    return {name: np.asarray(element[name], np.float32) for name in held_fields(element)}
 
 
 def _check_run_directory(folder: Path) -> None:

@@ -77,6 +77,19 @@ def _muscle(
     return MuscleLoad(region.name, body, share, fibres, law, activation)
 
 
+def fibre_activation(body: Body, muscles: Sequence[MuscleLoad], time_s: float) -> Array:
+    """Return how active the fibres in each element of a body are at an instant, (e,) in 0…1.
+
+    Where muscles share an element, each counts by its share of the volume; 0 where there are none.
+    """
+    fibres, active = np.zeros((2, len(body.weights)))
+    for muscle in muscles:
+        of_muscle = np.sum(body.weights * muscle.share, axis=1)
+        fibres += of_muscle
+        active += muscle.activation.at(time_s) * of_muscle
+    return np.divide(active, fibres, out=np.zeros_like(active), where=fibres > 0)
+
+
 def about_muscles(muscles: Sequence[MuscleLoad]) -> dict[str, dict[str, float]]:
     """Return the numbers for the summary, by part.
 

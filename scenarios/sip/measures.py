@@ -20,6 +20,7 @@ from scenarios.results.quantities import LIPS
 from scenarios.sip.contact_line import ContactLine, line_on_neck, recovered_traction
 from scenarios.sip.felt import Felt, seal_margin_mpa
 from scenarios.sip.lip_model import Lips
+from scenarios.sip.lip_muscles import fibre_activation
 
 Array = NDArray[np.float64]
 
@@ -60,6 +61,10 @@ class LipMeasures:
                 "log_strain_min": np.sum(volume * strain.min(axis=-1), axis=1),
                 "log_strain_max": np.sum(volume * strain.max(axis=-1), axis=1),
                 "von_mises_mpa": np.sum(volume * fields.von_mises, axis=1),
+                "thickness_stretch": np.sum(volume * fields.thickness_stretch, axis=1),
+                "activation": fibre_activation(
+                    self.lips.body, self.lips.muscles, commit.state.time_s
+                ),
             },
             contact={lip: self._contact_field(lip, commit) for lip in LIPS},
             history=history,

@@ -57,7 +57,7 @@ def animate(
     at
         show this instant alone, relative time from 0 to 1; ``out`` is a ``.png`` then.
     field
-        what the dermis is coloured by, one of :data:`scenarios.views.scene.SHOWN`.
+        what tissue is coloured by, one of :data:`scenarios.views.scene.SHOWN`.
 
     Raises
     ------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,34 +29,33 @@ def upper_limit(values: Iterable[float]) -> float:
     return float(steps[steps >= largest * (1 - 1e-9)][0])
 
 
-def colour_limits(solution: Solution, shown: Shown, samples: int = 24) -> tuple[float, float]:
-    """Return round upper limits of the dermis' colours (its unit) and of pressure (kPa).
+@dataclass(frozen=True)
+class Reach:
+    """How far a run goes from the start of its colours: a field in its unit, and pressure in kPa.
 
-    What is highest in a crease or at a corner would leave all else pale: the dermis' limit is
+    ``limits`` are round numbers at which the colours end, ``largest`` the largest values.
+    """
+
+    limits: tuple[float, float]
+    largest: tuple[float, float]
+
+
+def colour_reach(solution: Solution, shown: Shown) -> Reach:
+    """Return how far the colours of a run reach, and its largest values.
+
+    What is highest in a crease or at a corner would leave all else pale: the field's limit is
     exceeded by one element in fifty at the worst increment, the pressure's is the peak of the mean
     over the two most pressed elements: bands of pressure show what elements bear.
     """
-    names = np.array(solution.model.region_names)[solution.model.region]
-    dermis = np.char.endswith(names, "dermis")
-    indices = np.unique(np.linspace(0, solution.time_s.size - 1, samples).round().astype(int))
-    worst = [
-        float(np.quantile(solution.snapshot(i).element[shown.field][dermis] * shown.factor, 0.98))
-        for i in indices
-    ]
+    values = shown.values(solution.fields.along(shown.field)[:, shown.tissue(solution.model)])
+    away = shown.reach(values).round(9)  # an exact 1 of plane strain is none
+    worst = np.quantile(away, 0.98, axis=1)
     peaks = [float(solution[f"{lip}_lip_pressure_kpa"].values.max()) for lip in solution.contact]
-    return upper_limit(worst), upper_limit(peaks)
-
-
-def largest_values(solution: Solution, shown: Shown) -> tuple[float, float]:
-    """Return the largest values of a run: of ``shown`` in the dermis, and of the pressure, kPa."""
-    names = np.array(solution.model.region_names)[solution.model.region]
-    dermis = np.char.endswith(names, "dermis")
-    highest = max(
-        float((solution.fields.element(index)[shown.field][dermis] * shown.factor).max())
-        for index in range(solution.time_s.size)
-    )
     pressures = (along.fields["pressure_mpa"] for along in solution.contact.values())
-    return highest, max(1e3 * float(pressure.max()) for pressure in pressures)
+    highest = max(1e3 * float(pressure.max()) for pressure in pressures)
+    return Reach(
+        limits=(upper_limit(worst), upper_limit(peaks)), largest=(float(away.max()), highest)
+    )
 
 
 def touched_points(solution: Solution) -> Mapping[str, Array]:

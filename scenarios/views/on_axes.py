@@ -26,7 +26,7 @@ AROUND_MOUTH_MM, AROUND_CONTACT_MM = 20.0, 12.0
 """How far the view reaches from the mouth, and from what is pressed."""
 
 MOST = 0.98
-"""Share of the dermis' elements whose values lie within the colours."""
+"""Share of the coloured elements whose values lie within the colours."""
 
 
 def plot_history(history: History, axes: Axes | None = None) -> Axes:
@@ -52,7 +52,7 @@ def plot_snapshot(snapshot: Snapshot, field: str, axes: Axes | None = None) -> A
     snapshot
         What to draw.
     field
-        What the dermis is coloured by: one of :data:`scenarios.views.scene.SHOWN`, with or without
+        What tissue is coloured by: one of :data:`scenarios.views.scene.SHOWN`, with or without
         its unit.
     axes
         Where; new ones of pyplot by default.
@@ -60,16 +60,17 @@ def plot_snapshot(snapshot: Snapshot, field: str, axes: Axes | None = None) -> A
     Raises
     ------
     SolutionError
-        If there is no such field.
+        If there is no such field, or not in this run.
     """
     shown = shown_field(field)
     if axes is None:
         axes = _new_axes((7.6, 4.8))
-    model = snapshot.model
-    dermis = np.char.endswith(np.array(model.region_names)[model.region], "dermis")
-    values = snapshot.element[shown.field][dermis] * shown.factor
+    if shown.field not in snapshot.element:
+        raise SolutionError(f"{snapshot!r} holds no {field}: replay the run again")
+    values = shown.values(snapshot.element[shown.field][shown.tissue(snapshot.model)])
+    away = shown.reach(values).round(9)
     pressure = max(1e3 * float(pressure.max()) for pressure in snapshot.pressure_mpa.values())
-    limits = upper_limit([float(np.quantile(values, MOST))]), upper_limit([pressure])
+    limits = upper_limit([float(np.quantile(away, MOST))]), upper_limit([pressure])
     artists = SectionArtists(axes, snapshot, shown, limits)
     artists.show(snapshot, UNMOVED)
     (left, bottom), (right, top) = _view(snapshot)

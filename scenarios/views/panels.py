@@ -174,27 +174,38 @@ def colour_bars(
     *,
     size: float,
 ) -> None:
-    """Draw what the colours of the dermis and of the contact mean, one bar at each place."""
+    """Draw what the colours of the tissue and of the contact mean, one bar at each place."""
     shown = run_view.shown
     unit = f", {shown.unit}" if shown.unit else ""
     bars: tuple[tuple[ScalarMappable, str, float], ...] = (
-        (scene.element_colours, shown.title + unit, run_view.limits[0]),
-        (scene.pressure_colours, "contact pressure, kPa", run_view.limits[1]),
+        (scene.element_colours, shown.title + unit, shown.centre),
+        (scene.pressure_colours, "contact pressure, kPa", 0.0),
     )
-    for (colours, title, highest), place, largest in zip(
-        bars, places, run_view.largest, strict=True
+    for (colours, title, centre), place, highest, largest in zip(
+        bars, places, run_view.limits, run_view.largest, strict=True
     ):
         axes = axes_at(figure, place)
         bar = figure.colorbar(colours, cax=axes, orientation="horizontal")
-        lowest = colours.get_clim()[0] or 0.0
-        bar.set_ticks(
-            [lowest, highest / 2, highest],
-            labels=["0", f"{highest / 2:g}", f"{'≥ ' if largest > highest else ''}{highest:g}"],
-        )
+        ticks, labels = _ticks(colours.get_clim(), centre, highest, cut=largest > highest)
+        bar.set_ticks(ticks, labels=labels)
         bar.outline.set_visible(False)
         axes.tick_params(labelsize=size, colors=INK, length=3, pad=2)
         most = f"{largest:.2g}" if largest < 1 else f"{largest:.0f}"
-        axes.set_title(f"{title}: up to {most}", size=size, color=INK, loc="left", pad=4)
+        around = f"{centre:g} ± " if centre else ""
+        axes.set_title(f"{title}: up to {around}{most}", size=size, color=INK, loc="left", pad=4)
+
+
+def _ticks(
+    ends: tuple[float | None, float | None], centre: float, highest: float, *, cut: bool
+) -> tuple[list[float], list[str]]:
+    """Return three values of a bar and what they are called; the last says what the bar cuts."""
+    if centre:
+        around = [centre - highest, centre, centre + highest]
+        less, more = ("≤ ", "≥ ") if cut else ("", "")
+        return around, [f"{less}{around[0]:g}", f"{centre:g}", f"{more}{around[2]:g}"]
+    above = "≥ " if cut else ""
+    values = [ends[0] or 0.0, highest / 2, highest]
+    return values, ["0", f"{highest / 2:g}", f"{above}{highest:g}"]
 
 
 def _framed(axes: Axes) -> Axes:

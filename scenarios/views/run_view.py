@@ -17,7 +17,7 @@ from scenarios.results.solution import Solution, loaded
 from scenarios.settings.names import nearest
 from scenarios.settings.scenario import Recording
 from scenarios.views.filmed import Crop, Image, picture_scale, pictures_at
-from scenarios.views.limits import colour_limits, largest_values, touched_points
+from scenarios.views.limits import colour_reach, touched_points
 from scenarios.views.scene import SHOWN, Shown
 
 Array = NDArray[np.float64]
@@ -44,8 +44,8 @@ class Window:
 class RunView:
     """A run, how the head moved, the recording if it is shown, and what the colours mean.
 
-    ``limits`` are the largest values of the colours: of ``shown`` in its unit, and of the contact
-    pressure, kPa; ``largest`` are those of the run. ``over_video`` lays the model over the
+    ``limits`` are how far the colours reach: of ``shown`` in its unit, and of the contact pressure,
+    kPa; ``largest`` are the largest values of the run. ``over_video`` lays the model over the
     recording instead of beside it. ``scale`` is None where the run lacks its recording's tracks.
     """
 
@@ -83,7 +83,13 @@ class RunView:
             raise RunViewError(f"{solution!r} has no recording: leave out {option}")
         recording = scenario.recording if filmed else None
         tracks = None if solution.folder is None else solution.folder / "motion" / "tracks.csv"
+        if field not in solution.fields.names:
+            raise RunViewError(
+                f"{solution!r} holds no {field}, as an earlier version wrote it: show one of "
+                f"{', '.join(solution.fields.names)}, or replay it again"
+            )
         shown = SHOWN[field]
+        far = colour_reach(solution, shown)
         scale = picture_scale(motion, tracks) if recording else None
         if over_video and scale is None:
             raise RunViewError(
@@ -94,8 +100,8 @@ class RunView:
             solution=solution,
             head=motion.head,
             shown=shown,
-            limits=colour_limits(solution, shown),
-            largest=largest_values(solution, shown),
+            limits=far.limits,
+            largest=far.largest,
             recording=recording,
             rendered=recording is not None and (motion.rendered or _said_rendered(recording)),
             scale=scale,

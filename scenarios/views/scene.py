@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
@@ -54,6 +55,11 @@ PRESSURE_COLOURS = LinearSegmentedColormap.from_list(
     "pressure", ["#bfe6e4", "#4fb3c4", "#1c6f9c", "#123a7a", "#160b47"]
 )
 
+MUSCLE_COLOURS = LinearSegmentedColormap.from_list(
+    "muscle", ["#f4e9e2", "#e3b3b4", "#c46a84", "#87316a", "#3b1149"]
+)
+AROUND_COLOURS = colormaps["PuOr_r"]
+
 # Name of the outline, its colours, and where it lies in the stack of what is drawn.
 RIGID_PARTS = (
     ("package", PACKAGE, "none", 0),
@@ -77,19 +83,48 @@ AROUND = [0, 3, 1, 4, 2, 5]
 
 @dataclass(frozen=True)
 class Shown:
-    """What the dermis is coloured by: a field, how it is called, and the unit it is shown in."""
+    """What tissue is coloured by: a field, how it is called, and the unit it is shown in.
+
+    Colours start at ``centre``; where that is not 0 they go as far below it as above. ``whole``
+    colours all tissue, not the dermis alone.
+    """
 
     field: str
     title: str
     unit: str
     factor: float
     colours: Colormap
+    centre: float = 0.0
+    whole: bool = False
+
+    def values(self, element: Array) -> Array:
+        """Return values of the field in the unit that is shown."""
+        return element * self.factor
+
+    def reach(self, values: Array) -> Array:
+        """Return how far from the start of the colours values are."""
+        return np.abs(values - self.centre) if self.centre else values
+
+    def tissue(self, model: SectionModel) -> Integers:
+        """Return the elements that are coloured."""
+        names = np.array(model.region_names)[model.region]
+        return np.flatnonzero(self.whole | np.char.endswith(names, "dermis"))
+
+    def norm(self, limit: float) -> Normalize:
+        """Return how colours go with values whose largest reach is ``limit``."""
+        if self.centre:
+            return Normalize(self.centre - limit, self.centre + limit)
+        return PowerNorm(0.5, 0.0, limit)  # low values tell apart
 
 
 SHOWN = {
     "von_mises_mpa": Shown("von_mises_mpa", "von Mises in dermis", "kPa", 1e3, STRESS_COLOURS),
     "log_strain_max": Shown("log_strain_max", "largest log strain", "", 1.0, STRAIN_COLOURS),
     "log_strain_min": Shown("log_strain_min", "compressive log strain", "", -1.0, STRAIN_COLOURS),
+    "thickness_stretch": Shown(
+        "thickness_stretch", "thickness stretch", "", 1.0, AROUND_COLOURS, centre=1.0, whole=True
+    ),
+    "activation": Shown("activation", "activation of muscles", "", 1.0, MUSCLE_COLOURS, whole=True),
 }
 assert SHOWN.keys() == {quantity.name for quantity in ELEMENT_FIELDS}
 
@@ -129,9 +164,9 @@ class SectionArtists:
     first
         any snapshot of the run: its undeformed section is drawn, and where contact is known.
     shown
-        what the dermis is coloured by, one of :data:`SHOWN`.
+        what tissue is coloured by, one of :data:`SHOWN`.
     limits
-        largest values of the colours: of ``shown`` in its unit, and of the pressure in kPa.
+        how far the colours reach: of ``shown`` in its unit, and of the pressure in kPa.
     band_mm
         how far the highest pressure of the colours stands off the skin.
     """
@@ -158,7 +193,7 @@ class SectionArtists:
         self.artists: list[Artist] = []
         self._add_rigid_parts()
         names = np.array(model.region_names)[model.region]
-        self._dermis = np.flatnonzero(np.char.endswith(names, "dermis"))
+        self._tissue = shown.tissue(model)
         self._bulk_loops = _loops_by_region(model, names, "bulk")
         self._all_loops = _loops_by_region(model, names, "dermis") + self._bulk_loops
         self._skin = {
@@ -169,7 +204,7 @@ class SectionArtists:
         self._elements = PolyCollection(
             [],
             cmap=shown.colours,
-            norm=PowerNorm(0.5, 0.0, limits[0]),  # low values tell apart
+            norm=shown.norm(limits[0]),
             edgecolors="face",
             linewidths=0.2,
         )
@@ -222,11 +257,11 @@ class SectionArtists:
         positions = self._model.nodes + snapshot.displacement
         self._bulk.set_path(_closed([positions[loop] for loop in self._bulk_loops]))
         self._edges.set_path(_closed([positions[loop] for loop in self._all_loops]))
-        corners = self._model.triangles[self._dermis][:, AROUND]
+        corners = self._model.triangles[self._tissue][:, AROUND]
         # An array is set many times faster than the list that the annotation asks for.
         self._elements.set_verts(cast(Any, positions[corners]))
-        values = snapshot.element[self._shown.field][self._dermis]
-        self._elements.set_array(values * self._shown.factor)
+        values = snapshot.element[self._shown.field][self._tissue]
+        self._elements.set_array(self._shown.values(values))
         segments, pressures, bands = [], [], []
         for lip, line in self._skin.items():
             points, pressure = line.points(positions), 1e3 * snapshot.pressure_mpa[lip]

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 from geometry2d.rigid import RigidPlacement
 from mocap.synthetic.recording_file import write_recording
+from scenarios.results.fields_file import FIELDS_FILE
 from scenarios.results.increment import ContactField, Increment, SectionModel
 from scenarios.results.integrity import FILES, ITSELF, sealed
-from scenarios.results.quantities import HISTORY, LIPS
+from scenarios.results.quantities import HISTORY, LATER_FIELDS, LIPS
 from scenarios.results.solution import Solution
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.settings.scenario import Scenario
@@ -140,7 +143,13 @@ def small_increment(model: SectionModel, index: int, count: int) -> Increment:
         relative_time=share,
         placement=RigidPlacement(0.2 * share, (95.0 + 2 * (1 - press), -38.0)),
         displacement=displacement,
-        element={"log_strain_min": -stress, "log_strain_max": stress, "von_mises_mpa": stress},
+        element={
+            "log_strain_min": -stress,
+            "log_strain_max": stress,
+            "von_mises_mpa": stress,
+            "thickness_stretch": 1.0 + 2.0 * stress,
+            "activation": np.where(np.isin(model.region, (1, 3)), 0.5 * press, 0.0),
+        },
         contact=contact,
         history=history,
         newton_iterations=3,
@@ -224,6 +233,15 @@ def write_small_recording(folder: Path) -> None:
         picture[130:140, 200:260] = 20
     write_recording(folder / "recording.mp4", pictures, times, crf=10.0)
     (folder / "markers.toml").write_text(MARKERS)
+
+
+def earlier_version(run: Path, out: Path) -> Path:
+    """Return a copy of a run directory as a version without the later fields left it."""
+    shutil.copytree(run, out)
+    with h5py.File(out / FIELDS_FILE, "r+") as store:
+        for name in LATER_FIELDS:
+            del store[f"element/{name}"]
+    return resealed(out)
 
 
 class MadeUpReplay:

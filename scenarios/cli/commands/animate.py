@@ -29,7 +29,7 @@ def arguments(parser: Parser) -> None:
         "--field",
         choices=[quantity.name for quantity in ELEMENT_FIELDS],
         default="von_mises_mpa",
-        help="what the dermis is coloured by (default: %(default)s)",
+        help="what tissue is coloured by (default: %(default)s)",
     )
 
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from scenarios.results.quantities import HISTORY, LIPS
 from scenarios.views.page.hypertext import Markup, joined, tag
+from scenarios.views.page.moving import shown_fields
 from scenarios.views.page.reported import Reported
 from scenarios.views.scene import SHOWN
 
@@ -91,9 +92,9 @@ def _bar() -> Markup:
 
 
 def _choices(runs: Sequence[Reported]) -> Markup:
-    fields = [tag("option", shown.title, value=name) for name, shown in SHOWN.items()]
+    fields = [tag("option", SHOWN[name].title, value=name) for name in shown_fields(runs)]
     fields.append(tag("option", "contact pressure alone", value="contact"))
-    parts = [tag("label", "Dermis coloured by", tag("select", *fields, class_="field"))]
+    parts = [tag("label", "Tissue coloured by", tag("select", *fields, class_="field"))]
     if len(runs) > 1:
         labels = [tag("option", run.label, value=str(number)) for number, run in enumerate(runs)]
         none = tag("option", "none", value="-1")

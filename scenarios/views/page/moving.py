@@ -22,7 +22,7 @@ from scenarios.results.quantities import HISTORY, IN_NECK_FRAME, JAW_HINGE, WITH
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
 from scenarios.views.filmed import Crop
-from scenarios.views.limits import largest_values, touched_points, upper_limit
+from scenarios.views.limits import colour_reach, touched_points, upper_limit
 from scenarios.views.page.embedded import data_address
 from scenarios.views.page.packed import packed
 from scenarios.views.page.reported import Reported
@@ -61,7 +61,7 @@ def moving_page(runs: Sequence[Reported]) -> dict[str, Any]:
     data = [_run(run) for run in runs]
     return {
         "runs": data,
-        "fields": [_field(name, runs) for name in SHOWN],
+        "fields": [_field(name, runs) for name in shown_fields(runs)],
         "pressure": {
             "title": "contact pressure",
             "unit": "kPa",
@@ -154,15 +154,13 @@ def _jaw(solution: Solution, kept: Integers) -> list[list[float]] | None:
 
 def _states(solution: Solution, kept: Integers) -> dict[str, Any]:
     moved = np.array([solution.fields.displacement(int(index)) for index in kept])
-    elements = [solution.fields.element(int(index)) for index in kept]
     return {
         "displacement": packed(moved, LENGTH_DECIMALS),
         "element": {
             name: packed(
-                np.array([element[name] for element in elements]) * shown.factor,
-                DECIMALS[shown.unit],
+                SHOWN[name].values(solution.fields.along(name)[kept]), DECIMALS[SHOWN[name].unit]
             )
-            for name, shown in SHOWN.items()
+            for name in solution.fields.names
         },
     }
 
@@ -227,9 +225,14 @@ def _address(view: RunView, picture: NDArray[np.uint8]) -> str:
     return data_address(stream.getvalue(), "image/jpeg")
 
 
+def shown_fields(runs: Sequence[Reported]) -> list[str]:
+    """Return the fields of :data:`SHOWN` that all runs hold."""
+    return [name for name in SHOWN if all(name in run.solution.fields.names for run in runs)]
+
+
 def _field(name: str, runs: Sequence[Reported]) -> dict[str, Any]:
     shown = SHOWN[name]
-    highest = max(largest_values(run.solution, shown)[0] for run in runs)
+    highest = max(colour_reach(run.solution, shown).largest[0] for run in runs)
     return {
         "name": name,
         "title": shown.title,
@@ -237,6 +240,8 @@ def _field(name: str, runs: Sequence[Reported]) -> dict[str, Any]:
         "decimals": DECIMALS[shown.unit],
         "limit": upper_limit([highest]),
         "highest": highest,
+        "centre": shown.centre,
+        "whole": shown.whole,
         "colours": _colours(shown.colours),
     }
 

@@ -16,7 +16,7 @@ from fem2d.solvers.static import StaticResult, solve_static
 from geometry2d.anatomy.muscles import muscle_regions
 from scenarios.settings.scenario import load_scenario
 from scenarios.sip.lip_model import Lips
-from scenarios.sip.lip_muscles import PARTS, lip_muscles
+from scenarios.sip.lip_muscles import PARTS, fibre_activation, lip_muscles
 from tests.support.marks import slow
 
 ORBICULARIS = ("upper_orbicularis", "lower_orbicularis")
@@ -49,6 +49,28 @@ def tensed(lips: Lips, activations: Mapping[str, float]) -> StaticResult:
 def moved(lips: Lips, result: StaticResult, landmark: str) -> np.ndarray:
     nearest = np.argmin(np.hypot(*(lips.body.nodes - lips.head.landmarks[landmark]).T))
     return result.displacement[nearest]
+
+
+def test_the_activation_of_an_element_is_that_of_its_fibres(lips: Lips) -> None:
+    regions = muscle_regions(lips.head)
+    levels = {name: 0.1 * (number + 1) for number, name in enumerate(PARTS)}
+    rising = {name: Amplitude((0.0, 1.0), (0.0, full)) for name, full in levels.items()}
+    muscles = lip_muscles(lips.body, regions, rising)
+    found = fibre_activation(lips.body, muscles, 1.0)
+    of_element = np.array([muscle.share.any(axis=1) for muscle in muscles])
+    full = np.array([levels[name] for name, parts in PARTS.items() for _ in parts])
+    alone = of_element.sum(axis=0) == 1
+    assert alone.sum() > 50
+    np.testing.assert_allclose(found[alone], full[of_element.argmax(axis=0)][alone], rtol=1e-12)
+    shared = of_element.sum(axis=0) > 1
+    least = np.where(of_element, full[:, None], 2.0).min(axis=0)
+    most = np.where(of_element, full[:, None], 0.0).max(axis=0)
+    assert shared.sum() > 5
+    assert np.all((least[shared] < found[shared] + 1e-12) & (found[shared] < most[shared] + 1e-12))
+    np.testing.assert_array_equal(found[~of_element.any(axis=0)], 0.0)
+    half = fibre_activation(lips.body, muscles, 0.5)
+    assert 0.0 < half.max() < found.max()
+    assert not fibre_activation(lips.body, (), 1.0).any()
 
 
 @pytest.mark.parametrize("resolution", ["coarse", "standard"])

@@ -21,11 +21,13 @@ from scenarios.results.solution import Solution
 from scenarios.views.animation import animate, film_frames, film_times, telling_times
 from scenarios.views.filmed import Crop, picture_scale, pictures_at
 from scenarios.views.labels import PartLabels, most_pressed_place
-from scenarios.views.limits import colour_limits
+from scenarios.views.limits import colour_reach
+from scenarios.views.page.moving import moving_page
+from scenarios.views.page.reported import reported_runs
 from scenarios.views.plots import imprint, plot_histories, plot_imprint
 from scenarios.views.run_view import RunView, RunViewError
 from scenarios.views.scene import FADED, SHOWN, SectionArtists, boundary_loops
-from tests.support.made_up_sip import PICTURE_ORIGIN, PICTURE_SCALE, UPPER_MOUTH
+from tests.support.made_up_sip import PICTURE_ORIGIN, PICTURE_SCALE, UPPER_MOUTH, earlier_version
 from tests.support.marks import slow
 
 
@@ -163,6 +165,33 @@ def test_a_gif_repeats(run_directory: Path, tmp_path: Path) -> None:
         assert gif.info["loop"] == 0
 
 
+def test_tissue_outside_the_dermis_is_coloured_where_a_field_is_there(run_directory: Path) -> None:
+    solution = Solution.load(run_directory)
+    model = solution.model
+    dermis = np.isin(model.region, (0, 2))
+    assert set(SHOWN["von_mises_mpa"].tissue(model)) == set(np.flatnonzero(dermis))
+    assert SHOWN["activation"].tissue(model).size == len(model.triangles)
+    stretch = SHOWN["thickness_stretch"]
+    far = colour_reach(solution, stretch)
+    assert far.largest[0] == pytest.approx(solution.fields.along("thickness_stretch").max() - 1.0)
+    assert far.largest[0] > 0.05
+    norm = stretch.norm(far.limits[0])
+    assert (norm.vmin, norm.vmax) == (1.0 - far.limits[0], 1.0 + far.limits[0])
+
+
+def test_a_run_of_an_earlier_version_shows_what_it_holds(
+    run_directory: Path, tmp_path: Path
+) -> None:
+    earlier = earlier_version(run_directory, tmp_path / "earlier")
+    animate(earlier, tmp_path / "at.png", at=0.5)
+    with pytest.raises(RunViewError, match=r"holds no activation, .* show one of log_strain_min"):
+        animate(earlier, tmp_path / "at.png", at=0.5, field="activation")
+    animate(run_directory, tmp_path / "other.png", at=0.5, field="activation")
+    both, new = reported_runs([earlier, run_directory]), reported_runs([run_directory])
+    assert [field["name"] for field in moving_page(both)["fields"]] == list(SHOWN)[:3]
+    assert [field["name"] for field in moving_page(new)["fields"]] == list(SHOWN)
+
+
 def test_what_cannot_be_shown_is_refused(run_directory: Path, tmp_path: Path) -> None:
     with pytest.raises(RunViewError, match=r"must end in one of \.mp4, \.gif, \.png"):
         animate(run_directory, tmp_path / "sip.avi")
@@ -241,7 +270,7 @@ def test_two_regions_that_touch_in_a_node_have_closed_loops(model: SectionModel)
 
 
 def test_colours_end_at_round_numbers_above_what_occurs(run_directory: Path) -> None:
-    stress, pressure = colour_limits(Solution.load(run_directory), SHOWN["von_mises_mpa"])
+    stress, pressure = colour_reach(Solution.load(run_directory), SHOWN["von_mises_mpa"]).limits
     assert stress == 80.0
     assert pressure == 80.0
 

@@ -7,8 +7,8 @@ export const QUIET = "#5d626b";
 
 /** Colours from 0 to `limit`; low values tell apart, as the colours go with the square root. */
 export class Scale {
-  constructor({ title, unit, decimals, limit, colours }) {
-    Object.assign(this, { title, unit, decimals, limit, colours });
+  constructor({ title, unit, decimals, limit, colours, whole = false }) {
+    Object.assign(this, { title, unit, decimals, limit, colours, whole });
   }
 
   /** Which of the colours a value has. */
@@ -24,21 +24,26 @@ export class Scale {
   }
 }
 
-/** Colours from -limit (blue) to +limit (red). */
-export class DifferenceScale {
-  constructor({ title, unit, decimals, limit, colours }) {
-    Object.assign(this, { title, unit, decimals, limit, colours });
+/** Colours that reach as far below a centre as above it. */
+export class CentredScale {
+  constructor({ title, unit, decimals, limit, colours, centre = 0, whole = false }) {
+    Object.assign(this, { title, unit, decimals, limit, colours, centre, whole });
   }
 
   index(value) {
-    const share = (value / this.limit + 1) / 2;
+    const share = ((value - this.centre) / this.limit + 1) / 2;
     const last = this.colours.length - 1;
     return Math.max(0, Math.min(last, Math.floor(share * this.colours.length)));
   }
 
   tick(share) {
-    return this.limit * (2 * share - 1);
+    return this.centre + this.limit * (2 * share - 1);
   }
+}
+
+/** The scale of a field: around its centre where it has one. */
+export function scaleOf(field) {
+  return field.centre ? new CentredScale(field) : new Scale(field);
 }
 
 /** Fills `place` with the legend of a scale. */

@@ -1,7 +1,7 @@
 // Puts the moving part of the page together: which runs, which field, which instant.
 
 import { written } from "./arrays.js";
-import { DifferenceScale, Scale, showLegend } from "./colours.js";
+import { CentredScale, Scale, scaleOf, showLegend } from "./colours.js";
 import { Run, counterparts } from "./run.js";
 import { Camera } from "./camera.js";
 import { HistoryChart } from "./curves.js";
@@ -134,7 +134,7 @@ class Explorer {
   /** Colours the sections by the chosen field. */
   paint() {
     const { field } = this;
-    const scale = field ? new Scale(field) : this.pressure;
+    const scale = field ? scaleOf(field) : this.pressure;
     this.panes.forEach((pane, i) => {
       if (!pane.shown) return;
       if (pane.isDifference) {
@@ -163,8 +163,8 @@ class Explorer {
 
   differenceScale(field) {
     const base = field ?? this.page.pressure;
-    return new DifferenceScale({
-      ...base, title: `${base.title}, difference`, limit: base.limit / 2,
+    return new CentredScale({
+      ...base, title: `${base.title}, difference`, limit: base.limit / 2, centre: 0,
       colours: this.page.difference,
     });
   }
@@ -178,7 +178,8 @@ class Explorer {
     place.hidden = !field;
     if (field) {
       const largest = written(field.highest, field.decimals);
-      showLegend(place, new Scale(field), `, element means up to ${largest}`);
+      const around = field.centre ? `${written(field.centre, 0)} ± ` : "";
+      showLegend(place, scaleOf(field), `, element means up to ${around}${largest}`);
     }
     showLegend(this.find(".legend-pressure"), this.pressure);
     const difference = this.find(".legend-difference");

@@ -133,22 +133,30 @@ function placed([x, y], [angle, dx, dy]) {
   return [c * x - s * y + dx, s * x + c * y + dy];
 }
 
-/** For each dermis element of `run` the nearest dermis element of `other`; -1 beyond `reach` mm. */
+/** For each element of `run` the nearest of `other` in the same tissue; -1 beyond `reach` mm. */
 export function counterparts(run, other, reach = 0.8) {
   const mine = run.centres();
   const theirs = other.centres();
+  const cells = new Map();
+  const cell = (x, y) => `${Math.floor(x / reach)} ${Math.floor(y / reach)}`;
+  for (let o = 0; o < other.triangles.rows; o++) {
+    const key = cell(theirs[2 * o], theirs[2 * o + 1]);
+    if (!cells.has(key)) cells.set(key, []);
+    cells.get(key).push(o);
+  }
   const found = new Int32Array(run.triangles.rows).fill(-1);
   for (let e = 0; e < found.length; e++) {
-    if (!run.isDermis[e]) continue;
+    const [x, y] = [mine[2 * e], mine[2 * e + 1]];
     let best = reach * reach;
-    for (let o = 0; o < other.triangles.rows; o++) {
-      if (!other.isDermis[o]) continue;
-      const dx = mine[2 * e] - theirs[2 * o];
-      const dy = mine[2 * e + 1] - theirs[2 * o + 1];
-      const distance = dx * dx + dy * dy;
-      if (distance < best) {
-        best = distance;
-        found[e] = o;
+    for (let k = 0; k < 9; k++) {
+      const near = cell(x + ((k % 3) - 1) * reach, y + (Math.floor(k / 3) - 1) * reach);
+      for (const o of cells.get(near) ?? []) {
+        if (other.isDermis[o] !== run.isDermis[e]) continue;
+        const distance = (x - theirs[2 * o]) ** 2 + (y - theirs[2 * o + 1]) ** 2;
+        if (distance < best) {
+          best = distance;
+          found[e] = o;
+        }
       }
     }
   }

@@ -142,13 +142,13 @@ export class SectionView {
     }
   }
 
-  /** Fills the dermis: one path for each colour, which is what makes it fast. */
+  /** Fills the tissue that a field colours: one path for each colour, which is what makes it fast. */
   elements() {
     const { context: c, run, scaleOfField: scale } = this;
     const at = run.positions;
     const bins = new Map();
     for (let e = 0; e < run.triangles.rows; e++) {
-      if (!run.isDermis[e]) continue;
+      if (!scale.whole && !run.isDermis[e]) continue;
       const value = this.value(this.frame, e);
       const colour = Number.isNaN(value) ? NO_VALUE : scale.colours[scale.index(value)];
       if (!bins.has(colour)) bins.set(colour, []);
