@@ -45,6 +45,11 @@ class BodyComponent:
         return number
 
     @cached_property
+    def elements(self) -> Index:
+        """(e,) the whole body's elements that belong to the component, ascending."""
+        return np.flatnonzero(self.number[self.whole.tables.connectivity[:, 0]] != ABSENT)
+
+    @cached_property
     def dofs(self) -> Index:
         """(2n,) the whole body's unknowns that belong to the component."""
         dofs: Index = (2 * self.nodes[:, None] + np.arange(2)).ravel()

@@ -99,16 +99,22 @@ def fields_from(
             at_mean, at_point = law.volumetric(mean), law.volumetric(J[here])
             cauchy[here] += (at_mean[1] - at_point[1])[..., None, None] * np.eye(3)
             energy[here] += at_mean[0] - at_point[0]
-    deviator = cauchy - np.trace(cauchy, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
     return Fields(
         F,
         _log_stretches(F),
         cauchy,
-        np.sqrt(1.5 * np.sum(deviator**2, axis=(-2, -1))),
+        von_mises(cauchy),
         components[..., 4],
         energy,
         weights,
     )
+
+
+def von_mises(cauchy: Array) -> Array:
+    """Return the von Mises stress (...,), MPa, of true stresses (..., 3, 3)."""
+    deviator = cauchy - np.trace(cauchy, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
+    equivalent: Array = np.sqrt(1.5 * np.sum(deviator**2, axis=(-2, -1)))
+    return equivalent
 
 
 def _log_stretches(F: Array) -> Array:

@@ -244,6 +244,8 @@ def _dynamic_step(
 def _check_expressible(model: Model) -> None:
     if len(_dead_loads(model)) < len(model.loads) or model.held.size:
         raise DeckError("the model has loads that are not dead, or held unknowns: a deck has none")
+    if model.prony is not None:
+        raise DeckError("the tissue is viscous: a deck has elastic tissue only")
     for tie in model.ties:
         if tie.attached_at is not None or tie.only_along is not None:
             raise DeckError(

@@ -58,7 +58,7 @@ class Component:
 
     def state(self, whole: State) -> State:
         """Return the state of the component in a state of the whole model."""
-        nodes = self.place.nodes
+        nodes, remembered = self.place.nodes, whole.overstress
         return replace(
             whole,
             load=self.load(whole.load),
@@ -66,6 +66,7 @@ class Component:
             velocity=whole.velocity[nodes],
             acceleration=whole.acceleration[nodes],
             contacts=tuple(part.state_of(whole.contacts[i]) for i, part in self.contacts),
+            overstress=remembered and remembered.of_elements(self.place.elements),
         )
 
     def response(self, whole: Response) -> Response:
@@ -121,5 +122,6 @@ def _component(model: Model, nodes: Index) -> Component:
         loads=[force for load in model.loads if (force := load.on_component(place)) is not None],
         held=2 * node[held] + model.held[held] % 2,
         inertia=model.inertia,
+        prony=model.prony,
     )  # fmt: skip
     return Component(alone, place, contacts, held)

@@ -204,6 +204,7 @@ def _committed(step: _Step, hand: Hand | None, loading: Loading, steps: StepSett
         acceleration,
         tuple(touch.state for touch in balance.contacts),
         duration * growth(steps, trial, step.rejected),
+        model.overstress_after(before, trial.displacement, duration),
     )
     energies = model.energies(state, balance)
     if hand is not None:

@@ -12,9 +12,12 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fem2d.body.body import Body, Response
+from fem2d.body.fields import Fields
+from fem2d.body.overstress import Overstress, viscous_step
 from fem2d.contact.contact import Contact, ContactResponse
 from fem2d.loads.load import AppliedForce, Load
 from fem2d.loads.tie import ElasticTie
+from fem2d.materials.prony import PronySeries
 from fem2d.solvers.bordered import Border, Tangent
 from fem2d.solvers.inertia import QUASI_STATIC, Inertia
 from fem2d.solvers.newton import Balance, work_of
@@ -111,6 +114,8 @@ class Model:
         (h,) unknowns ``2 * node + component`` whose displacement the load prescribes.
     inertia
         Density and damping; none by default.
+    prony
+        How the tissue's stress relaxes; an elastic tissue has none. In statics it has relaxed.
     """
 
     body: Body
@@ -120,6 +125,7 @@ class Model:
     loads: Sequence[AppliedForce] = ()
     held: Index = field(default_factory=lambda: np.empty(0, np.intp))
     inertia: Inertia = QUASI_STATIC
+    prony: PronySeries | None = None
 
     def __post_init__(self) -> None:
         for name in ("contacts", "ties", "loads"):
@@ -170,7 +176,26 @@ class Model:
         """Return the undeformed state under a load, without friction."""
         load, zero = load or Load(), np.zeros_like(self.body.nodes)
         contacts = self.initial_contacts(zero, load.placement)
-        return State(load, zero, zero, zero, contacts, next_step_s)
+        return State(load, zero, zero, zero, contacts, next_step_s, self.relaxed(zero))
+
+    def relaxed(self, displacement: Array) -> Overstress | None:
+        """Return what a tissue remembers that has rested at a displacement (n, 2), mm."""
+        if self.prony is None:
+            return None
+        return Overstress.relaxed(self.body, self.prony, displacement)
+
+    def overstress_after(
+        self, before: State, displacement: Array, duration_s: float
+    ) -> Overstress | None:
+        """Return what the tissue remembers of a step, s, to a displacement (n, 2), mm."""
+        if self.prony is None or before.overstress is None:
+            return None
+        return before.overstress.after(self.body, self.prony, displacement, duration_s)
+
+    def fields(self, state: State) -> Fields:
+        """Return strains and stresses, those of viscosity included, in a committed state."""
+        fields = self.body.fields(state.displacement)
+        return fields if state.overstress is None else state.overstress.added_to(fields)
 
     def initial_contacts(self, displacement: Array, placement: RigidPlacement) -> tuple[Any, ...]:
         """Return states of the contacts at a displacement (n, 2), mm, without friction."""
@@ -238,14 +263,19 @@ class Model:
             return self._inadmissible(displacement, load, before, duration_s, response, further)
         placement = before.placement if bodies_still else load.placement
         contacts = self.contact_responses(displacement, placement, before)
+        tissue, viscous = response, None
+        if self.prony is not None and before.overstress is not None and duration_s is not None:
+            viscous = viscous_step(self.body, self.prony, before.overstress, duration_s)
+            tissue = viscous.response(response, displacement)
         forces, scale = self._unbalanced(
-            displacement, load, before, duration_s, response, contacts, bodies_still
+            displacement, load, before, duration_s, tissue, contacts, bodies_still
         )
 
         def stiffness(psd: bool) -> sp.csr_matrix:
-            data = response.stiffness
+            data = tissue.stiffness
             if psd:
                 data = self.body.response(displacement, psd=True, threads=threads).stiffness
+                data = data if viscous is None else viscous.stand_in(data)
             if duration_s is not None and self.inertia.is_dynamic:
                 data = data + self.inertia.resistance(
                     self.mass.data, self.viscosity.data, duration_s

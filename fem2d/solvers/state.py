@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fem2d.body.overstress import Overstress
 from fem2d.contact.contact import ContactState
 from fem2d.loads.load import Load
 from geometry2d.rigid import RigidPlacement
@@ -29,6 +30,8 @@ class State:
         State of each contact of the model.
     next_step_s
         Upper bound of the next step, s.
+    overstress
+        What a viscous body remembers; None for an elastic one.
     """
 
     load: Load
@@ -37,6 +40,7 @@ class State:
     acceleration: Array
     contacts: tuple[ContactState, ...]
     next_step_s: float = math.inf
+    overstress: Overstress | None = None
 
     @property
     def time_s(self) -> float:

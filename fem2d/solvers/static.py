@@ -355,7 +355,8 @@ def _committed(balance: ModelBalance, newton: NewtonResult) -> StaticResult:
     """Return an equilibrium as a result."""
     still = np.zeros_like(balance.displacement)
     contacts = tuple(touch.state for touch in balance.contacts)
-    state = State(balance.load, balance.displacement, still, still, contacts)
+    relaxed = balance.model.relaxed(balance.displacement)
+    state = State(balance.load, balance.displacement, still, still, contacts, overstress=relaxed)
     return StaticResult(StaticStatus.CONVERGED, state, balance, newton)
 
 

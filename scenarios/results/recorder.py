@@ -106,8 +106,20 @@ def checkpoint(state: State) -> Arrays:
         "next_step_s": np.array(state.next_step_s),
     }
     for number, contact in enumerate(state.contacts):
-        arrays |= {f"contact_{number}_{f.name}": getattr(contact, f.name) for f in fields(contact)}
+        arrays |= _named(f"contact_{number}_", contact)
+    if state.overstress is not None:
+        arrays |= _named("overstress_", state.overstress)
     return arrays
+
+
+def _named(prefix: str, remembered: Any) -> Arrays:
+    """Return the arrays of a dataclass by prefix and name."""
+    return {f"{prefix}{f.name}": getattr(remembered, f.name) for f in fields(remembered)}
+
+
+def _read(like: Any, prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Any:
+    """Return a dataclass like another one with the arrays of a prefix."""
+    return replace(like, **{f.name: arrays[f"{prefix}{f.name}"] for f in fields(like)})
 
 
 def restored(arrays: Mapping[str, NDArray[Any]], time_s: float, like: State) -> State:
@@ -135,12 +147,10 @@ def restored(arrays: Mapping[str, NDArray[Any]], time_s: float, like: State) -> 
             arrays["velocity"],
             arrays["acceleration"],
             tuple(
-                replace(
-                    contact, **{f.name: arrays[f"contact_{n}_{f.name}"] for f in fields(contact)}
-                )
-                for n, contact in enumerate(like.contacts)
+                _read(contact, f"contact_{n}_", arrays) for n, contact in enumerate(like.contacts)
             ),
             float(arrays["next_step_s"]),
+            like.overstress and _read(like.overstress, "overstress_", arrays),
         )
     except KeyError as error:
         raise SolutionError(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from fem2d.loads.amplitude import Amplitude
+from fem2d.materials.prony import PronySeries
 from geometry2d.anatomy.anthropometry import HeadMeasurements
 from geometry2d.anatomy.head import HeadSection, head_section
 from geometry2d.drawings.drawn_head import drawn_head
@@ -122,6 +123,32 @@ class Skin:
         maximum=100.0,
         description="factor on every stress of the dermis",
     )
+    overstress: tuple[float, ...] = setting(
+        default=(),
+        above=0.0,
+        maximum=100.0,
+        description="viscosity, branch by branch: what a sudden stretch adds to the lasting "
+        "stress, over that stress; empty: elastic",
+    )
+    relaxation_s: tuple[float, ...] = setting(
+        default=(),
+        unit="s",
+        above=0.0,
+        maximum=1e4,
+        description="relaxation time of each branch of viscosity",
+    )
+
+    def __post_init__(self) -> None:
+        if len(self.overstress) != len(self.relaxation_s):
+            raise SettingError(
+                f"skin.overstress holds {len(self.overstress)} branches and skin.relaxation_s "
+                f"{len(self.relaxation_s)}: give one time for each overstress"
+            )
+
+    @property
+    def prony(self) -> PronySeries | None:
+        """How stresses relax; None for elastic tissue."""
+        return PronySeries(self.overstress, self.relaxation_s) if self.overstress else None
 
 
 @dataclass(frozen=True)

@@ -208,6 +208,7 @@ class Lips:
             ties=self._ties,
             inertia=numerics.inertia,
             loads=self.loads,
+            prony=self.scenario.skin.prony,
         )
 
     @cached_property

@@ -45,7 +45,7 @@ class LipMeasures:
 
     def measured(self, commit: Commit) -> Measured:
         """Return element fields, contact fields and history columns of a committed increment."""
-        fields = self.lips.body.fields(commit.state.displacement)
+        fields = self.lips.fem_model.fields(commit.state)
         volume = fields.volume / fields.volume.sum(axis=1, keepdims=True)
         strain = fields.log_strain
         history = {

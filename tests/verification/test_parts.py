@@ -15,6 +15,7 @@ from fem2d.loads.amplitude import Amplitude
 from fem2d.loads.dead import DeadLoad
 from fem2d.loads.load import Load
 from fem2d.loads.tie import ElasticTie
+from fem2d.materials.prony import PronySeries
 from fem2d.solvers.components import component_of_node, components_of
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.linear import SuperLu, fastest_solver
@@ -28,9 +29,10 @@ from tests.support.marks import slow
 from tests.support.two_bodies import between, joined
 
 GAP_MM = 0.3
+SERIES = PronySeries((0.5, 0.2), (0.1, 1.0))
 
 
-def two_blocks() -> Model:
+def two_blocks(**members) -> Model:
     """A block on bone and, above it and apart from it, one on weak ties that a plate may push."""
     material = linear_elastic(1.0, 0.4)
     lower = block(np.linspace(-1.5, 1.5, 9), np.linspace(-1, 0, 4), material, element="T6")
@@ -66,6 +68,7 @@ def two_blocks() -> Model:
         ),
         loads=(pull,),
         inertia=Inertia(1e-9, relaxation_s=0.01),
+        **members,
     )
 
 
@@ -97,8 +100,9 @@ def marched(system, motion, start=None, solver=None, **options):
     return commits
 
 
-def test_a_component_balances_as_it_does_in_the_whole():
-    system, motion = two_blocks(), pushed(0.1)
+@pytest.mark.parametrize("prony", [None, SERIES], ids=["elastic", "viscous"])
+def test_a_component_balances_as_it_does_in_the_whole(prony):
+    system, motion = two_blocks(prony=prony), pushed(0.1)
     state = marched(system, motion, end_s=0.7)[-1].state
     assert state.contacts[0].traction.any()
     rng = np.random.default_rng(3)
@@ -165,8 +169,9 @@ def test_components_and_whole_go_the_same_way(monkeypatch, down_mm):
 
 
 @pytest.mark.slow
-def test_a_march_by_components_goes_on_bit_for_bit_from_any_state():
-    system, motion = two_blocks(), pushed(0.6)
+@pytest.mark.parametrize("prony", [None, SERIES], ids=["elastic", "viscous"])
+def test_a_march_by_components_goes_on_bit_for_bit_from_any_state(prony):
+    system, motion = two_blocks(prony=prony), pushed(0.6)
     commits = marched(system, motion)
     for at in (len(commits) // 4, len(commits) // 2, 3 * len(commits) // 4):
         again = marched(system, motion, start=commits[at].state)

@@ -20,6 +20,7 @@ from fem2d.loads.tie import ElasticTie
 from fem2d.materials.holzapfel_gasser_ogden import HolzapfelGasserOgden
 from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.materials.ogden import Ogden
+from fem2d.materials.prony import PronySeries
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.model import Model
 from geometry2d.neck import neck_section
@@ -335,6 +336,8 @@ def test_what_a_deck_cannot_say_is_refused() -> None:
         deck_of(system(only_along=(1.0, 0.0)))
     with pytest.raises(DeckError, match="moves with the package"):
         deck_of(system(attached_at=RigidPlacement(0.0, (0.0, 0.0))))
+    with pytest.raises(DeckError, match="the tissue is viscous"):
+        deck_of(replace(system(), prony=PronySeries((0.5,), (1.0,))))
     body = Body(distorted("Q8"), SOFT, plane=Plane.STRAIN, element="Q8")
     with pytest.raises(DeckError, match="not Q8"):
         deck_of(Model(body))

@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from fem2d.body.overstress import Overstress
 from fem2d.contact.rigid import RigidContactState
 from fem2d.contact.self_contact_points import SelfContactState
 from fem2d.loads.load import Load
@@ -20,7 +21,7 @@ from scenarios.results.summary import Extremes, passages_as_array, passages_from
 RNG = np.random.default_rng(5)
 
 
-def state() -> State:
+def state(*, viscous: bool = False) -> State:
     """A state with two rigid contacts and one self-contact, no two numbers of it the same."""
     rigid = tuple(
         RigidContactState(RNG.normal(size=(3, 2, 2)), RNG.normal(size=(3, 2))) for _ in range(2)
@@ -28,15 +29,17 @@ def state() -> State:
     lips = SelfContactState(**{f.name: RNG.normal(size=4) for f in fields(SelfContactState)})
     u, v, a = RNG.normal(size=(3, 5, 2))
     load = Load.at(RigidPlacement(0.1, (2.0, 3.0)), 1.25)
-    return State(load, u, v, a, (*rigid, lips), 0.04)
+    overstress = Overstress(RNG.normal(size=(2, 3, 4)), RNG.normal(size=(2, 2, 3, 4)))
+    return State(load, u, v, a, (*rigid, lips), 0.04, overstress if viscous else None)
 
 
-def test_a_state_comes_back_from_its_checkpoint_bit_for_bit() -> None:
-    kept, other = state(), state()
+@pytest.mark.parametrize("viscous", [False, True])
+def test_a_state_comes_back_from_its_checkpoint_bit_for_bit(viscous: bool) -> None:
+    kept, other = state(viscous=viscous), state(viscous=viscous)
     back = restored(checkpoint(kept), kept.time_s, like=other)
     assert (back.time_s, back.placement, back.next_step_s) == (1.25, kept.placement, 0.04)
     arrays, again = checkpoint(kept), checkpoint(back)
-    assert len(arrays) == 5 + 2 * 2 + len(fields(SelfContactState))
+    assert len(arrays) == 5 + 2 * 2 + len(fields(SelfContactState)) + 2 * viscous
     assert arrays.keys() == again.keys()
     for name, values in arrays.items():
         np.testing.assert_array_equal(again[name], values, err_msg=name)

@@ -5,7 +5,9 @@ import pytest
 
 from fem2d.contact.rigid import rigid_contacts
 from fem2d.contact.self_contact import self_contacts
+from fem2d.materials.prony import PronySeries
 from scenarios.settings.scenario import load_scenario
+from scenarios.settings.tables import SettingError
 from scenarios.sip.lip_model import Lips
 
 
@@ -48,3 +50,21 @@ def test_edges_that_may_touch_a_package_are_fine_on_both_sides_of_the_margin(lip
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
         assert near.any()
         assert length[near].max() < 0.75
+
+
+def test_viscous_skin_relaxes_in_the_model_and_at_rest_remembers_nothing():
+    viscous = ["numerics.resolution=coarse", "skin.overstress=[0.5]", "skin.relaxation_s=[0.3]"]
+    for settings in (viscous, viscous[:1]):
+        scenario = load_scenario("A38-F", settings)
+        model = Lips(scenario, scenario.head.section(), scenario.package.section()).fem_model
+        remembered = model.at_rest().overstress
+        if settings is viscous:
+            assert model.prony == PronySeries((0.5,), (0.3,)) == scenario.skin.prony
+            assert remembered is not None and not remembered.elastic.any()
+        else:
+            assert model.prony is remembered is scenario.skin.prony is None
+
+
+def test_branches_of_viscosity_without_a_time_are_refused():
+    with pytest.raises(SettingError, match=r"skin\.overstress.*2 branches.*skin.relaxation_s 1"):
+        load_scenario("A38-F", ["skin.overstress=[0.5, 0.2]", "skin.relaxation_s=[0.3]"])
