@@ -99,6 +99,15 @@ def sheet(scenario: str, how: str) -> Callable[[Path], None]:
     )
 
 
+def film(how: str) -> Callable[[Path], None]:
+    """Return what draws the middle of a film beside its recording."""
+    return typed(
+        f"replay A38-F --out DIR/run {how}",
+        "animate DIR/run --out DIR/film.png --at 0.5 --beside-video",
+        made="film.png",
+    )
+
+
 def page(how: str) -> Callable[[Path], None]:
     """Return what draws the moving part of a page of two runs as a browser shows it."""
 
@@ -136,6 +145,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "muscles": draw_muscles_of_the_lips,
     "a38-f": sheet("A38-F", COARSE),
     "dc-ae": sheet("DC-AE", COARSE),
+    "film": film(COARSE),
     "page": page(COARSE),
     "skin-comparison": typed(
         "aspirate --thesis --search-kpa 101.3 --out DIR/a", made="a/comparison.png"
@@ -149,6 +159,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
 QUICK = PICTURES | {
     "a38-f": sheet("A38-F", BEGINNING),
     "dc-ae": sheet("DC-AE", BEGINNING),
+    "film": film(BEGINNING),
     "page": page(BEGINNING),
 }
 

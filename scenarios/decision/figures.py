@@ -12,7 +12,7 @@ from scenarios.decision.comparison import PairedDifference
 from scenarios.decision.indices import Effect, SobolIndices
 from scenarios.views.page.embedded import Embedded
 from scenarios.views.page.figures import TEXT, line_style, new_figure, quieten, svg
-from scenarios.views.scene import INK, QUIET
+from scenarios.views.themes import INK, QUIET
 
 COLUMNS = 6
 """Sections of people side by side."""

@@ -10,7 +10,7 @@ from scenarios.decision.messages import meaning
 from scenarios.optimum.search import Trial
 from scenarios.views.page.embedded import Embedded
 from scenarios.views.page.figures import TEXT, line_style, new_figure, quieten, svg
-from scenarios.views.scene import INK, QUIET
+from scenarios.views.themes import INK, QUIET
 
 
 def search_figure(

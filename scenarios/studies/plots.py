@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fem2d.body.body import Body
-from scenarios.views.scene import INK, LOWER, UPPER
+from scenarios.views.themes import INK, LOWER, UPPER
 
 Array = NDArray[np.float64]
 

@@ -20,8 +20,8 @@ from scenarios.results.solution import Solution
 from scenarios.views.filmed import Image
 from scenarios.views.panels import ModelPanel, RecordingPanel, colour_bars
 from scenarios.views.run_view import RunView, RunViewError
-from scenarios.views.scene import INK, PAPER, QUIET
 from scenarios.views.strip import HistoryStrip
+from scenarios.views.themes import THEMES
 
 Array = NDArray[np.float64]
 
@@ -40,6 +40,7 @@ def animate(
     over_video: bool = False,
     at: float | None = None,
     field: str = "von_mises_mpa",
+    theme: str = next(iter(THEMES)),
     progress: Progress = no_progress,
 ) -> None:
     """Show a run directory as a film, as six frames or at one instant, by the ending of ``out``.
@@ -58,6 +59,8 @@ def animate(
         show this instant alone, relative time from 0 to 1; ``out`` is a ``.png`` then.
     field
         what tissue is coloured by, one of :data:`scenarios.views.scene.SHOWN`.
+    theme
+        one of :data:`scenarios.views.themes.THEMES`: light, or dark for a dim room.
 
     Raises
     ------
@@ -76,8 +79,16 @@ def animate(
         raise RunViewError(f"--out {out} must end in .png: --at shows one instant")
     if at is not None and not 0.0 <= at <= 1.0:
         raise RunViewError(f"--at {at:g} must lie between 0, the start of the sip, and 1, its end")
+    if theme not in THEMES:
+        raise RunViewError(f"no theme {theme!r}: take one of {', '.join(THEMES)}")
     check_writable(out)
-    run_view = RunView.of(run, field=field, beside_video=beside_video, over_video=over_video)
+    run_view = RunView.of(
+        run,
+        field=field,
+        beside_video=beside_video,
+        over_video=over_video,
+        theme=THEMES[theme],
+    )
     with file_at_once(out) as partial:
         if at is None:
             writers[ending](run_view, partial, progress)
@@ -105,7 +116,8 @@ class _Stage:
 
     def __init__(self, run_view: RunView) -> None:
         self._run_view = run_view
-        figure = Figure(figsize=(WIDTH / DPI, HEIGHT / DPI), dpi=DPI, facecolor=PAPER)
+        theme = run_view.theme
+        figure = Figure(figsize=(WIDTH / DPI, HEIGHT / DPI), dpi=DPI, facecolor=theme.paper)
         # matplotlib's canvas has no annotations.
         self._figure, self._canvas = figure, cast(Any, FigureCanvasAgg(figure))
         filmed, over = run_view.recording is not None, run_view.over_video
@@ -129,9 +141,11 @@ class _Stage:
         )
         _heading(figure, run_view, margin)
         self._clock = figure.text(
-            1 - margin / WIDTH, 1 - 34 / HEIGHT, "", size=15, ha="right", color=INK
+            1 - margin / WIDTH, 1 - 34 / HEIGHT, "", size=15, ha="right", color=theme.ink
         )
-        self._strip = HistoryStrip(figure, (78, 556, 760, 116), run_view.solution, size=11)
+        self._strip = HistoryStrip(
+            figure, (78, 556, 760, 116), run_view.solution, size=11, theme=theme
+        )
         bars = ((900, 562, 330, 12), (900, 640, 330, 12))
         colour_bars(figure, self._model.scene, run_view, bars, size=11)
         moving = [] if self._recording is None else list(self._recording.artists)
@@ -203,7 +217,8 @@ def _write_sheet(run_view: RunView, out: Path, progress: Progress) -> None:
     strip_top = model_top + model_high + 64
     bars_top = strip_top + strip_high + 86
     height = bars_top + 62
-    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=PAPER)
+    theme = run_view.theme
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor=theme.paper)
     canvas = cast(Any, FigureCanvasAgg(figure))
     _heading(figure, run_view, margin)
     times = telling_times(run_view.solution, SHEET_FRAMES)
@@ -215,7 +230,7 @@ def _write_sheet(run_view: RunView, out: Path, progress: Progress) -> None:
             1 - (top + 18) / height,
             f"{column + 1}   {time:.2f} s",
             size=14,
-            color=INK,
+            color=theme.ink,
         )
         if picture is not None:
             title = run_view.recording_title if column == 0 else ""
@@ -232,7 +247,7 @@ def _write_sheet(run_view: RunView, out: Path, progress: Progress) -> None:
         model.show(run_view.solution.at(float(time)), run_view.head.at(float(time)))
     left, right = 78.0, float(width - margin)
     strip = HistoryStrip(
-        figure, (left, strip_top, right - left, strip_high), run_view.solution, size=13
+        figure, (left, strip_top, right - left, strip_high), run_view.solution, size=13, theme=theme
     )
     strip.mark([float(time) for time in times], size=13)
     middle_px = margin + cell / 2
@@ -253,7 +268,7 @@ def _heading(figure: Figure, run_view: RunView, left_px: float) -> None:
         run_view.name,
         size=16,
         weight="bold",
-        color=INK,
+        color=run_view.theme.ink,
         parse_math=False,  # a name may hold dollars
     )
     if not run_view.solution.summary["finished"]:
@@ -262,5 +277,5 @@ def _heading(figure: Figure, run_view: RunView, left_px: float) -> None:
             1 - 34 / height,
             f"unfinished: stopped at {run_view.solution.time_s[-1]:.2f} s",
             size=12,
-            color=QUIET,
+            color=run_view.theme.quiet,
         )

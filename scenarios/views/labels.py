@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.patheffects import withStroke
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidPlacement
 from scenarios.results.quantities import IN_NECK_FRAME, LIPS
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Snapshot, Solution
-from scenarios.views.scene import INK, QUIET, SectionArtists, Shown
+from scenarios.views.scene import SectionArtists, Shown
+from scenarios.views.themes import LIGHT, Theme
 
 Array = NDArray[np.float64]
 
-HALO = (withStroke(linewidth=3, foreground="white"),)
 NAMES = {
     "upper_bulk": "upper lip",
     "lower_bulk": "lower lip",
@@ -39,22 +39,28 @@ CLOSE_MM = 3.2
 """Half the height of the closer look."""
 
 
+def halo(theme: Theme) -> list[AbstractPathEffect]:
+    """Return what keeps text legible on whatever lies under it."""
+    return [withStroke(linewidth=3, foreground=theme.halo)]
+
+
 class PartLabels:
     """Names of lips, dermis, teeth, bone and neck that follow what they name."""
 
-    def __init__(self, axes: Axes, *, size: float) -> None:
+    def __init__(self, axes: Axes, *, size: float, theme: Theme = LIGHT) -> None:
+        around = halo(theme)
         self._axes = axes
         self._texts = {
             part: axes.text(
-                0.0, 0.0, name, size=size, color=INK, ha="center", va="center", zorder=9,
-                path_effects=HALO, clip_on=True,
+                0.0, 0.0, name, size=size, color=theme.ink, ha="center", va="center", zorder=9,
+                path_effects=around, clip_on=True,
             )
             for part, name in NAMES.items()
         }  # fmt: skip
         self._dermis = axes.annotate(
             "dermis", (0.0, 0.0), xytext=(26, 18), textcoords="offset points", size=size,
-            color=INK, zorder=9, path_effects=HALO, annotation_clip=True,
-            arrowprops={"arrowstyle": "-", "color": QUIET, "lw": 0.9},
+            color=theme.ink, zorder=9, path_effects=around, annotation_clip=True,
+            arrowprops={"arrowstyle": "-", "color": theme.quiet, "lw": 0.9},
         )  # fmt: skip
         self.artists: list[Artist] = [*self._texts.values(), self._dermis]
 
@@ -112,15 +118,24 @@ class Closer:
 
     @classmethod
     def on(
-        cls, axes: Axes, solution: Solution, shown: Shown, limits: tuple[float, float]
+        cls,
+        axes: Axes,
+        solution: Solution,
+        shown: Shown,
+        limits: tuple[float, float],
+        theme: Theme,
     ) -> Closer:
         """Return it on small square axes."""
-        scene = SectionArtists(axes, solution.snapshot(0), shown, limits, band_mm=0.5 * CLOSE_MM)
+        scene = SectionArtists(
+            axes, solution.snapshot(0), shown, limits, band_mm=0.5 * CLOSE_MM, theme=theme
+        )
+        lip, place = most_pressed_place(solution)
+        title = f"pressed most: {lip} lip" if lip else "never pressed"
         axes.text(
-            0.03, 0.97, "most pressed place", size=9, color=INK, ha="left", va="top",
-            transform=axes.transAxes, path_effects=HALO, zorder=9,
+            0.03, 0.97, title, size=9, color=theme.ink, ha="left", va="top",
+            transform=axes.transAxes, path_effects=halo(theme), zorder=9,
         )  # fmt: skip
-        return cls(axes, scene, most_pressed_place(solution))
+        return cls(axes, scene, place)
 
     @property
     def artists(self) -> list[Artist]:
@@ -136,18 +151,18 @@ class Closer:
         self.scene.show(snapshot, head)
 
 
-def most_pressed_place(solution: Solution) -> Array:
-    """Return the place (2,) of the neck, in its frame, where the highest pressure of a run is.
+def most_pressed_place(solution: Solution) -> tuple[str, Array]:
+    """Return the lip that is pressed most in a run, and where (2,) on the neck, in its frame.
 
-    The origin of the neck frame if nothing is ever pressed.
+    No lip, and the origin of the neck frame, if nothing is ever pressed.
     """
     highest = {lip: solution.contact[lip].fields["pressure_mpa"] for lip in LIPS}
     lip = max(LIPS, key=lambda name: float(highest[name].max()))
     if highest[lip].max() <= 0.0:
-        return np.zeros(2)
+        return "", np.zeros(2)
     index, point = np.unravel_index(int(highest[lip].argmax()), highest[lip].shape)
     snapshot = solution.snapshot(int(index))
     model, arc_mm = solution.model, solution.contact[lip].arc_mm
     points = SkinLine(model, model.skin[lip], arc_mm).points(model.nodes + snapshot.displacement)
     place: Array = snapshot.placement.pull_back(points[point])
-    return place
+    return lip, place

@@ -13,7 +13,8 @@ from scenarios.results.quantities import LIPS
 from scenarios.results.skin_line import SkinLine
 from scenarios.settings.names import nearest
 from scenarios.views.limits import upper_limit
-from scenarios.views.scene import INK, QUIET, SHOWN, UPPER, SectionArtists, Shown
+from scenarios.views.scene import SHOWN, SectionArtists, Shown
+from scenarios.views.themes import INK, QUIET, UPPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 from geometry2d.rigid import RigidPlacement
 from scenarios.results.solution import Snapshot
 from scenarios.views.filmed import Crop, Image
-from scenarios.views.labels import HALO, Closer, PartLabels
+from scenarios.views.labels import Closer, PartLabels, halo
 from scenarios.views.run_view import RunView, Window
-from scenarios.views.scene import INK, PAPER, SectionArtists
+from scenarios.views.scene import SectionArtists
+from scenarios.views.themes import Theme
 
 Array = NDArray[np.float64]
 Place = tuple[float, float, float, float]
@@ -51,19 +52,24 @@ class ModelPanel:
         closer: bool = False,
         faded: bool = False,
     ) -> None:
-        self.axes = _framed(axes_at(figure, place))
+        theme = run_view.theme
+        self.axes = _framed(axes_at(figure, place), theme)
         window = run_view.window(place[2] / place[3])
         self.axes.set_xlim(window.left, window.left + window.width)
         self.axes.set_ylim(window.bottom, window.bottom + window.height)
         self.scene = SectionArtists(
-            self.axes, run_view.solution.snapshot(0), run_view.shown, run_view.limits
+            self.axes,
+            run_view.solution.snapshot(0),
+            run_view.shown,
+            run_view.limits,
+            theme=theme,
         )
         if faded:
             self.scene.fade()
-        self.artists: list[Artist] = [*self.scene.artists, *_scale_bar(self.axes, window)]
+        self.artists: list[Artist] = [*self.scene.artists, *_scale_bar(self.axes, window, theme)]
         if label:
-            self.artists.append(_label(self.axes, label))
-        self._names = PartLabels(self.axes, size=11) if names else None
+            self.artists.append(_label(self.axes, label, theme))
+        self._names = PartLabels(self.axes, size=11, theme=theme) if names else None
         self.artists += self._names.artists if self._names else []
         self._closer = _closer(figure, place, run_view) if closer else None
         self.artists += self._closer.artists if self._closer else []
@@ -80,9 +86,9 @@ def _closer(figure: Figure, place: Place, run_view: RunView) -> Closer:
     left, top, width, height = place
     side = CLOSER_SHARE * height
     corner = (left + width - side - 8, top + height - side - 8, side, side)
-    axes = _framed(axes_at(figure, corner))
+    axes = _framed(axes_at(figure, corner), run_view.theme)
     axes.set_zorder(3)
-    closer = Closer.on(axes, run_view.solution, run_view.shown, run_view.limits)
+    closer = Closer.on(axes, run_view.solution, run_view.shown, run_view.limits, run_view.theme)
     return closer
 
 
@@ -122,7 +128,7 @@ class RecordingPanel:
         label: str | None = None,
         whole_window: bool = False,
     ) -> None:
-        self.axes = _framed(axes_at(figure, place))
+        self.axes = _framed(axes_at(figure, place), run_view.theme)
         self._size = (round(place[2]), round(place[3]))
         self._run_view = run_view
         self._aspect = aspect
@@ -139,7 +145,7 @@ class RecordingPanel:
         title = label if label is not None else title
         self.artists: list[Artist] = [self._image, self._outline]
         if title:
-            self.artists.append(_label(self.axes, title))
+            self.artists.append(_label(self.axes, title, run_view.theme))
 
     def show(self, picture: Image) -> None:
         """Show one picture of the recording (rows, columns, 3)."""
@@ -175,7 +181,7 @@ def colour_bars(
     size: float,
 ) -> None:
     """Draw what the colours of the tissue and of the contact mean, one bar at each place."""
-    shown = run_view.shown
+    shown, ink = run_view.shown, run_view.theme.ink
     unit = f", {shown.unit}" if shown.unit else ""
     bars: tuple[tuple[ScalarMappable, str, float], ...] = (
         (scene.element_colours, shown.title + unit, shown.centre),
@@ -189,10 +195,10 @@ def colour_bars(
         ticks, labels = _ticks(colours.get_clim(), centre, highest, cut=largest > highest)
         bar.set_ticks(ticks, labels=labels)
         bar.outline.set_visible(False)
-        axes.tick_params(labelsize=size, colors=INK, length=3, pad=2)
+        axes.tick_params(labelsize=size, colors=ink, length=3, pad=2)
         most = f"{largest:.2g}" if largest < 1 else f"{largest:.0f}"
         around = f"{centre:g} ± " if centre else ""
-        axes.set_title(f"{title}: up to {around}{most}", size=size, color=INK, loc="left", pad=4)
+        axes.set_title(f"{title}: up to {around}{most}", size=size, color=ink, loc="left", pad=4)
 
 
 def _ticks(
@@ -208,16 +214,16 @@ def _ticks(
     return values, ["0", f"{highest / 2:g}", f"{above}{highest:g}"]
 
 
-def _framed(axes: Axes) -> Axes:
+def _framed(axes: Axes, theme: Theme) -> Axes:
     axes.set_xticks([])
     axes.set_yticks([])
-    axes.set_facecolor("white")
+    axes.set_facecolor(theme.panel)
     for spine in axes.spines.values():
-        spine.set_color("#d9d6d0")
+        spine.set_color(theme.line)
     return axes
 
 
-def _label(axes: Axes, text: str) -> Artist:
+def _label(axes: Axes, text: str, theme: Theme) -> Artist:
     return axes.annotate(
         text,
         (0.0, 1.0),
@@ -227,16 +233,18 @@ def _label(axes: Axes, text: str) -> Artist:
         ha="left",
         va="top",
         size=12,
-        color=INK,
+        color=theme.ink,
         zorder=9,
-        bbox={"boxstyle": "round,pad=0.35", "fc": PAPER, "ec": "none", "alpha": 0.85},
+        bbox={"boxstyle": "round,pad=0.35", "fc": theme.paper, "ec": "none", "alpha": 0.85},
     )
 
 
-def _scale_bar(axes: Axes, window: Window, length_mm: float = 10.0) -> list[Artist]:
+def _scale_bar(axes: Axes, window: Window, theme: Theme, length_mm: float = 10.0) -> list[Artist]:
     x = window.left + 0.03 * window.width
     y = window.bottom + 0.045 * window.height
-    (bar,) = axes.plot([x, x + length_mm], [y, y], color=INK, lw=3, zorder=9, solid_capstyle="butt")
+    (bar,) = axes.plot(
+        [x, x + length_mm], [y, y], color=theme.ink, lw=3, zorder=9, solid_capstyle="butt"
+    )
     text = axes.text(
         x + length_mm / 2,
         y + 0.02 * window.height,
@@ -244,8 +252,8 @@ def _scale_bar(axes: Axes, window: Window, length_mm: float = 10.0) -> list[Arti
         ha="center",
         va="bottom",
         size=11,
-        color=INK,
+        color=theme.ink,
         zorder=9,
-        path_effects=HALO,
+        path_effects=halo(theme),
     )
     return [bar, text]

@@ -20,19 +20,10 @@ from scenarios.messages.verdict import FAILURE, PAIN
 from scenarios.results.quantities import LIPS, Quantity
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import load_scenario
+from scenarios.views.colours import PRESSURE_COLOURS
 from scenarios.views.limits import upper_limit
-from scenarios.views.scene import (
-    INK,
-    LOWER,
-    NECK,
-    NECK_EDGE,
-    PAPER,
-    PRESSURE_COLOURS,
-    QUIET,
-    UPPER,
-    WARNING,
-)
 from scenarios.views.strip import relative_axis
+from scenarios.views.themes import INK, NECK, NECK_EDGE, PAPER, QUIET, RUN_COLOURS, WARNING
 
 Array = NDArray[np.float64]
 
@@ -50,7 +41,6 @@ THESIS_PRESSURES = {
     "lower_lip_window_kpa": "lower_lip_pressure_kpa",
 }
 """The thesis' measure of a pressure, which is drawn beside it if there is one run."""
-RUN_COLOURS = (UPPER, LOWER, "#5b8c4a", "#8e4585", "#9a7d2e", "#555b66")
 IMPRINT_STEP_MM = 0.05
 IMPRINT_REACH_MM = 0.8
 IMPRINT_POINTS = 16

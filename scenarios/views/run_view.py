@@ -19,6 +19,7 @@ from scenarios.settings.scenario import Recording
 from scenarios.views.filmed import Crop, Image, picture_scale, pictures_at
 from scenarios.views.limits import colour_reach, touched_points
 from scenarios.views.scene import SHOWN, Shown
+from scenarios.views.themes import LIGHT, Theme
 
 Array = NDArray[np.float64]
 
@@ -59,10 +60,17 @@ class RunView:
     rendered: bool
     scale: PictureScale | None
     over_video: bool = False
+    theme: Theme = LIGHT
 
     @classmethod
     def of(
-        cls, run: Solution | Path, *, field: str, beside_video: bool, over_video: bool = False
+        cls,
+        run: Solution | Path,
+        *,
+        field: str,
+        beside_video: bool,
+        over_video: bool = False,
+        theme: Theme = LIGHT,
     ) -> RunView:
         """Return the view of a solution or of a run directory.
 
@@ -106,6 +114,7 @@ class RunView:
             rendered=recording is not None and (motion.rendered or _said_rendered(recording)),
             scale=scale,
             over_video=over_video,
+            theme=theme,
         )
 
     @property

@@ -11,11 +11,10 @@ from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Colormap, LinearSegmentedColormap, Normalize, PowerNorm
+from matplotlib.colors import Colormap, Normalize, PowerNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Curve
@@ -27,42 +26,30 @@ from scenarios.results.increment import Integers, SectionModel
 from scenarios.results.quantities import ELEMENT_FIELDS, IN_NECK_FRAME, WITH_JAW
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Snapshot
+from scenarios.views.colours import (
+    AROUND_COLOURS,
+    MUSCLE_COLOURS,
+    STRAIN_COLOURS,
+    STRESS_COLOURS,
+    pressure_colours,
+)
+from scenarios.views.themes import (
+    BONE,
+    BULK,
+    HARD_EDGE,
+    LIGHT,
+    NECK,
+    NECK_EDGE,
+    SKIN_EDGE,
+    TOOTH,
+    Theme,
+)
 
 Array = NDArray[np.float64]
 
-PAPER = "#fbfaf8"
-INK = "#2b2f36"
-QUIET = "#8a8f98"
-BULK = "#efc9b8"
-SKIN_EDGE = "#7c4a3c"
-BONE = "#dcd8cf"
-TOOTH = "#f7f4ea"
-HARD_EDGE = "#a8a294"
-NECK = "#6d7f92"
-NECK_EDGE = "#3e4c5b"
-PACKAGE = "#dfe5ea"
-UPPER = "#1d6a86"
-LOWER = "#d07a2d"
-WARNING = "#9c2f2f"
-
-STRESS_COLOURS = LinearSegmentedColormap.from_list(
-    "stress", ["#fae6d8", "#f2b48c", "#dd6a4c", "#a8243f", "#4f0a2e"]
-)
-STRAIN_COLOURS = LinearSegmentedColormap.from_list(
-    "strain", ["#f6efe2", "#c9d39a", "#7fae74", "#33775f", "#123f45"]
-)
-PRESSURE_COLOURS = LinearSegmentedColormap.from_list(
-    "pressure", ["#bfe6e4", "#4fb3c4", "#1c6f9c", "#123a7a", "#160b47"]
-)
-
-MUSCLE_COLOURS = LinearSegmentedColormap.from_list(
-    "muscle", ["#f4e9e2", "#e3b3b4", "#c46a84", "#87316a", "#3b1149"]
-)
-AROUND_COLOURS = colormaps["PuOr_r"]
-
-# Name of the outline, its colours, and where it lies in the stack of what is drawn.
+# Name of the outline, its colours (the package has its theme's), and where it lies in the stack.
 RIGID_PARTS = (
-    ("package", PACKAGE, "none", 0),
+    ("package", None, "none", 0),
     ("upper_jaw", BONE, HARD_EDGE, 1),
     ("lower_jaw", BONE, HARD_EDGE, 1),
     ("upper_tooth", TOOTH, HARD_EDGE, 2),
@@ -169,6 +156,8 @@ class SectionArtists:
         how far the colours reach: of ``shown`` in its unit, and of the pressure in kPa.
     band_mm
         how far the highest pressure of the colours stands off the skin.
+    theme
+        colours of what lies under the section.
     """
 
     def __init__(
@@ -179,8 +168,10 @@ class SectionArtists:
         limits: tuple[float, float],
         *,
         band_mm: float = BAND_MM,
+        theme: Theme = LIGHT,
     ) -> None:
         model = first.model
+        self._theme = theme
         self._axes = axes
         self._model = model
         self._shown = shown
@@ -210,7 +201,7 @@ class SectionArtists:
         )
         self._pressure = LineCollection(
             [],
-            cmap=PRESSURE_COLOURS.with_extremes(under=(0, 0, 0, 0)),
+            cmap=pressure_colours(theme).with_extremes(under=(0, 0, 0, 0)),
             norm=Normalize(0.01 * limits[1], limits[1]),
             linewidths=4.5,
             capstyle="round",
@@ -282,9 +273,10 @@ class SectionArtists:
             if name in outlines:
                 transform = self._in_neck if name in IN_NECK_FRAME else self._in_head
                 transform = self._in_jaw if name in WITH_JAW else transform
-                self._add(_area([outlines[name]], face, edge), transform, order)
+                fill = face or self._theme.package
+                self._add(_area([outlines[name]], fill, edge), transform, order)
         for points in _outside(outlines.get("profile"), self._model):
-            line = Line2D(*points.T, color=QUIET, lw=1.4, solid_capstyle="round")
+            line = Line2D(*points.T, color=self._theme.quiet, lw=1.4, solid_capstyle="round")
             self._add(line, self._in_head, 1)
 
     def _add(self, artist: Artist, transform: Transform, order: int) -> None:

@@ -13,21 +13,25 @@ from numpy.typing import ArrayLike, NDArray
 
 from scenarios.messages.verdict import PAIN
 from scenarios.results.solution import Solution
-from scenarios.views.labels import HALO
+from scenarios.views.labels import halo
 from scenarios.views.panels import Place, axes_at
-from scenarios.views.scene import INK, LOWER, QUIET, UPPER, WARNING
+from scenarios.views.themes import LIGHT, Theme
 
 Array = NDArray[np.float64]
 
 LIP_PRESSURES = (
-    ("upper_lip_window_kpa", "upper lip", UPPER),
-    ("lower_lip_window_kpa", "lower lip", LOWER),
+    ("upper_lip_window_kpa", "upper lip"),
+    ("lower_lip_window_kpa", "lower lip"),
 )
+BELOW_WORDS = 0.8
+"""Share of the strip's height that the cursor takes: words are above it."""
 VALUE_POINTS = 62.0
 """Room of a written pressure, points."""
 
 
-def relative_axis(axes: Axes, start_s: float, end_s: float, *, size: float) -> None:
+def relative_axis(
+    axes: Axes, start_s: float, end_s: float, *, size: float, theme: Theme = LIGHT
+) -> None:
     """Give axes whose x is time, s, a second axis above: 0 at the start of a replay, 1 at its end.
 
     An only instant has none.
@@ -44,50 +48,63 @@ def relative_axis(axes: Axes, start_s: float, end_s: float, *, size: float) -> N
 
     above = axes.secondary_xaxis("top", functions=(to_relative, to_seconds))
     above.set_ticks(np.linspace(0.0, 1.0, 6))
-    above.tick_params(labelsize=size, colors=QUIET, length=3, pad=1)
-    above.spines["top"].set_color(QUIET)
-    above.set_xlabel("relative time", size=size, color=QUIET, labelpad=2)
+    above.tick_params(labelsize=size, colors=theme.quiet, length=3, pad=1)
+    above.spines["top"].set_color(theme.quiet)
+    above.set_xlabel("relative time", size=size, color=theme.quiet, labelpad=2)
 
 
-def _say_pain(axes: Axes, *, size: float) -> None:
+def _say_pain(axes: Axes, theme: Theme, *, size: float) -> None:
     """Say from which pressure on it hurts, above the curves, and draw it if the axis reaches it."""
     above = " (above this axis)" if PAIN.low > axes.get_ylim()[1] else ""
     axes.text(
-        0.62, 0.985, f"pain from {PAIN.low:.0f} kPa{above}", size=size, color=WARNING, ha="center",
-        va="top", transform=axes.transAxes,
+        0.62, 0.985, f"pain from {PAIN.low:.0f} kPa{above}", size=size, color=theme.warning,
+        ha="center", va="top", transform=axes.transAxes,
     )  # fmt: skip
     if not above:
-        axes.axhline(PAIN.low, color=WARNING, lw=1.2)
+        axes.axhline(PAIN.low, color=theme.warning, lw=1.2)
 
 
 class HistoryStrip:
     """Highest mean pressure over 0.5 mm of each lip against time, with a cursor."""
 
-    def __init__(self, figure: Figure, place: Place, solution: Solution, *, size: float) -> None:
+    def __init__(
+        self,
+        figure: Figure,
+        place: Place,
+        solution: Solution,
+        *,
+        size: float,
+        theme: Theme = LIGHT,
+    ) -> None:
         axes = axes_at(figure, place)
-        self._curves = [(solution[name], colour) for name, _, colour in LIP_PRESSURES]
+        self._theme = theme
+        pressures = zip(LIP_PRESSURES, (theme.upper, theme.lower), strict=True)
+        self._curves = [(solution[name], colour) for (name, _), colour in pressures]
         start, end = solution.time_s[[0, -1]]
-        for (output, colour), (_, title, _) in zip(self._curves, LIP_PRESSURES, strict=True):
+        for (output, colour), (_, title) in zip(self._curves, LIP_PRESSURES, strict=True):
             axes.plot(output.time_s, output.values, color=colour, lw=1.8, label=title)
         highest = max(float(output.values.max()) for output, _ in self._curves)
         axes.set_ylim(0.0, 1.3 * highest or 1.0)  # room for the legend above the curves
         axes.set_xlim(start, end if end > start else start + 1.0)
-        axes.set_xlabel("time, s", size=size, color=INK, labelpad=2)
-        relative_axis(axes, start, end, size=size - 2)
-        axes.set_ylabel("over 0.5 mm, kPa", size=size, color=INK)
+        axes.set_xlabel("time, s", size=size, color=theme.ink, labelpad=2)
+        relative_axis(axes, start, end, size=size - 2, theme=theme)
+        axes.set_ylabel("over 0.5 mm, kPa", size=size, color=theme.ink)
         axes.yaxis.set_major_locator(MaxNLocator(4))
-        axes.tick_params(labelsize=size, colors=INK, length=3)
+        axes.tick_params(labelsize=size, colors=theme.ink, length=3)
         axes.spines[["top", "right"]].set_visible(False)
-        axes.spines[["left", "bottom"]].set_color(QUIET)
+        axes.spines[["left", "bottom"]].set_color(theme.quiet)
         axes.set_facecolor("none")
-        axes.legend(loc="upper left", fontsize=size, frameon=False, ncols=2, borderaxespad=0.1)
-        _say_pain(axes, size=size - 1)
+        axes.legend(
+            loc="upper left", fontsize=size, frameon=False, ncols=2, borderaxespad=0.1,
+            labelcolor=theme.ink,
+        )  # fmt: skip
+        _say_pain(axes, theme, size=size - 1)
         self.axes = axes
-        self._line = axes.axvline(start, color=INK, lw=1.0, zorder=3)
+        self._line = axes.axvline(start, ymax=BELOW_WORDS, color=theme.ink, lw=1.0, zorder=3)
         self._dots = [
-            axes.plot([start], [0.0], "o", ms=7, mfc=colour, mec="white", zorder=4, clip_on=False)[
-                0
-            ]
+            axes.plot(
+                [start], [0.0], "o", ms=7, mfc=colour, mec=theme.halo, zorder=4, clip_on=False
+            )[0]
             for _, colour in self._curves
         ]
         self._values = [
@@ -120,15 +137,15 @@ class HistoryStrip:
         for artist in self.artists:
             artist.set_visible(False)
         for number, time in enumerate(times_s, start=1):
-            self.axes.axvline(time, color=QUIET, lw=1.0, ls=(0, (3, 3)), zorder=0)
+            self.axes.axvline(time, color=self._theme.quiet, lw=1.0, ls=(0, (3, 3)), zorder=0)
             self.axes.annotate(
                 f"{number}",
                 (time, 0.0),
                 xytext=(3, 3),
                 textcoords="offset points",
                 size=size,
-                color=INK,
+                color=self._theme.ink,
                 ha="left",
                 va="bottom",
-                path_effects=HALO,
+                path_effects=halo(self._theme),
             )

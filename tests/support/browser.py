@@ -86,9 +86,11 @@ def driven(browser: str) -> Iterator[Any]:
         running.close()
 
 
-def opened(running: Any, page: Path, *, width_px: int = 1280, **context: Any) -> Visit:
+def opened(
+    running: Any, page: Path, *, width_px: int = 1280, height_px: int = 900, **context: Any
+) -> Visit:
     """Return a page that is open in a new tab."""
-    tab = running.new_page(viewport={"width": width_px, "height": 900}, **context)
+    tab = running.new_page(viewport={"width": width_px, "height": height_px}, **context)
     visit = Visit(tab)
     tab.on("console", lambda message: visit.messages.append(message.text))
     tab.on("pageerror", lambda error: visit.messages.append(str(error)))

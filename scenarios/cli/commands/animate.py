@@ -8,6 +8,7 @@ from pathlib import Path
 from geometry2d.foundation.progress import progress_line
 from scenarios.cli.parser import Parser
 from scenarios.results.quantities import ELEMENT_FIELDS
+from scenarios.views.themes import THEMES
 
 
 def arguments(parser: Parser) -> None:
@@ -31,6 +32,12 @@ def arguments(parser: Parser) -> None:
         default="von_mises_mpa",
         help="what tissue is coloured by (default: %(default)s)",
     )
+    parser.add_argument(
+        "--theme",
+        choices=tuple(THEMES),
+        default=next(iter(THEMES)),
+        help="paper under the pictures; dark for a dim room (default: %(default)s)",
+    )
 
 
 def run(options: Namespace) -> int:
@@ -45,6 +52,7 @@ def run(options: Namespace) -> int:
             over_video=options.over_video,
             at=options.at,
             field=options.field,
+            theme=options.theme,
             progress=progress,
         )
     print(options.out)

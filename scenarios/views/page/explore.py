@@ -39,7 +39,10 @@ HELP = (
     "The arrow at the neck is the force of both lips on the hand; bands beside the skin are "
     "contact pressure. Click a curve or an imprint to go to that instant."
 )
-DIFFERENCE = "Between the curves: red where the second run lies above the first, blue below it."
+DIFFERENCE = (
+    "Red where the second run lies above the first, blue below it: between the curves, in the "
+    "section and in the imprints, whose places are counted from the rim where necks differ."
+)
 
 
 def explorer(runs: Sequence[Reported]) -> Markup:
@@ -115,18 +118,21 @@ def _canvas(number: str) -> Markup:
     )  # fmt: skip
 
 
-def _pane(number: int) -> Markup:
-    maps = [
+def _maps(title: str) -> list[Markup]:
+    return [
         tag(
             "figure",
-            tag("figcaption", f"Imprint, {lip} lip"),
-            tag("canvas", role="img", aria_label=f"Imprint of the {lip} lip"),
+            tag("figcaption", f"{title}, {lip} lip"),
+            tag("canvas", role="img", aria_label=f"{title} of the {lip} lip"),
             tag("p", class_="values"),
             class_="imprint-map",
             data_lip=lip,
         )
         for lip in LIPS
     ]
+
+
+def _pane(number: int) -> Markup:
     film = tag(
         "div",
         tag("img", class_="film", alt="The recording at this instant", src=EMPTY_PICTURE),
@@ -137,7 +143,7 @@ def _pane(number: int) -> Markup:
         "article",
         tag("h3", f"Run {number + 1}"),
         _canvas(str(number + 1)),
-        tag("div", film, tag("div", *maps, class_="maps"), class_="beside"),
+        tag("div", film, tag("div", *_maps("Imprint"), class_="maps"), class_="beside"),
         class_="pane",
     )
 
@@ -147,6 +153,7 @@ def _difference_pane() -> Markup:
         "article",
         tag("h3", "Difference"),
         _canvas("of differences"),
+        tag("div", tag("div", *_maps("Difference of imprints"), class_="maps"), class_="beside"),
         class_="pane",
         data_kind="difference",
     )

@@ -23,19 +23,13 @@ from geometry2d.foundation.progress import Progress
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from scenarios.views.animation import telling_times
+from scenarios.views.colours import PRESSURE_COLOURS
 from scenarios.views.filmed import Crop, Image
 from scenarios.views.page.embedded import Embedded
 from scenarios.views.panels import ModelPanel
-from scenarios.views.plots import RUN_COLOURS, imprint_maps
+from scenarios.views.plots import imprint_maps
 from scenarios.views.run_view import RunView
-from scenarios.views.scene import (
-    INK,
-    NECK,
-    NECK_EDGE,
-    PAPER,
-    PRESSURE_COLOURS,
-    QUIET,
-)
+from scenarios.views.themes import INK, NECK, NECK_EDGE, PAPER, QUIET, RUN_COLOURS
 
 Array = NDArray[np.float64]
 

@@ -288,10 +288,21 @@ def _settings_by_run(runs: Sequence[Reported]) -> dict[str, list[str]]:
     paths = dict.fromkeys(path for values in settings for path in values)
     same = _files_with_the_same_content(runs)
     return {
-        path: [str(values.get(path, ABSENT)) for values in settings]
+        path: [_setting_in_words(values.get(path)) for values in settings]
         for path in paths
         if path not in NOT_COMPARED and path not in same
     }
+
+
+def _setting_in_words(value: object) -> str:
+    """Return a setting as it is read; an empty list, and what a scenario does not have, as none.
+
+    >>> _setting_in_words((1.0, 2.5)), _setting_in_words(()), _setting_in_words(None)
+    ('1.0, 2.5', '–', '–')
+    """
+    if isinstance(value, list | tuple):
+        return ", ".join(map(str, value)) or ABSENT
+    return ABSENT if value is None else str(value)
 
 
 def _files_with_the_same_content(runs: Sequence[Reported]) -> set[str]:

@@ -21,6 +21,7 @@ from scenarios.results.increment import Integers, LipContact, SectionModel
 from scenarios.results.quantities import HISTORY, IN_NECK_FRAME, JAW_HINGE, WITH_JAW
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
+from scenarios.views.colours import DIFFERENCE_COLOURS, PRESSURE_COLOURS, pressure_colours
 from scenarios.views.filmed import Crop
 from scenarios.views.limits import colour_reach, touched_points, upper_limit
 from scenarios.views.page.embedded import data_address
@@ -28,7 +29,8 @@ from scenarios.views.page.packed import packed
 from scenarios.views.page.reported import Reported
 from scenarios.views.plots import IMPRINT_STEP_MM, imprint
 from scenarios.views.run_view import RunView
-from scenarios.views.scene import PRESSURE_COLOURS, SHOWN, boundary_loops
+from scenarios.views.scene import SHOWN, boundary_loops
+from scenarios.views.themes import THEMES
 
 Array = NDArray[np.float64]
 
@@ -68,8 +70,9 @@ def moving_page(runs: Sequence[Reported]) -> dict[str, Any]:
             "decimals": 1,
             "limit": upper_limit([run.run_view.largest[1] for run in runs]),
             "colours": _colours(PRESSURE_COLOURS),
+            "colours_on_dark": _colours(pressure_colours(THEMES["dark"])),
         },
-        "difference": _colours(matplotlib.colormaps["RdBu_r"]),
+        "difference": _colours(DIFFERENCE_COLOURS),
         "quantities": {
             quantity.name: {"unit": quantity.unit, "meaning": quantity.meaning}
             for quantity in HISTORY

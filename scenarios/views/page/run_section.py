@@ -7,12 +7,12 @@ from matplotlib.colors import Normalize, PowerNorm
 
 from geometry2d.foundation.progress import Progress
 from scenarios.results.quantities import LIPS
+from scenarios.views.colours import PRESSURE_COLOURS
 from scenarios.views.page.embedded import image
 from scenarios.views.page.figures import InstantPicture, gradient, imprint_figure, snapshots
 from scenarios.views.page.hypertext import Markup, folded, tag
 from scenarios.views.page.reported import Reported
 from scenarios.views.run_view import RunView
-from scenarios.views.scene import PRESSURE_COLOURS
 
 
 def run_section(run: Reported, highest_kpa: float, progress: Progress) -> Markup:

@@ -26,6 +26,7 @@ MODULES = (
     "pointing",
     "curves",
     "imprint",
+    "imprint_difference",
     "pane",
     "timeline",
     "main",

@@ -27,6 +27,7 @@ from scenarios.views.page.reported import reported_runs
 from scenarios.views.plots import imprint, plot_histories, plot_imprint
 from scenarios.views.run_view import RunView, RunViewError
 from scenarios.views.scene import FADED, SHOWN, SectionArtists, boundary_loops
+from scenarios.views.themes import THEMES
 from tests.support.made_up_sip import PICTURE_ORIGIN, PICTURE_SCALE, UPPER_MOUTH, earlier_version
 from tests.support.marks import slow
 
@@ -135,7 +136,8 @@ def test_a_band_stands_off_the_skin_by_its_pressure(run_directory: Path) -> None
 
 def test_the_closer_look_follows_the_most_pressed_place(run_directory: Path) -> None:
     solution = Solution.load(run_directory)
-    place = most_pressed_place(solution)
+    lip, place = most_pressed_place(solution)
+    assert lip == "upper"
     for index in (5, 8):
         snapshot = solution.snapshot(index)
         x, _ = snapshot.placement.apply(place[None])[0]
@@ -163,6 +165,17 @@ def test_a_gif_repeats(run_directory: Path, tmp_path: Path) -> None:
         assert gif.size == (800, 450)
         assert gif.n_frames == 13
         assert gif.info["loop"] == 0
+
+
+@slow
+def test_a_dark_film_is_dark_and_tells_the_same(run_directory: Path, tmp_path: Path) -> None:
+    for theme in ("light", "dark"):
+        animate(run_directory, tmp_path / f"{theme}.png", at=0.5, theme=theme)
+    light, dark = (np.asarray(Image.open(tmp_path / f"{t}.png").convert("L")) for t in THEMES)
+    assert np.median(light) > 240
+    assert np.median(dark) < 60
+    with pytest.raises(RunViewError, match="no theme 'black': take one of light, dark"):
+        animate(run_directory, tmp_path / "black.png", at=0.5, theme="black")
 
 
 def test_tissue_outside_the_dermis_is_coloured_where_a_field_is_there(run_directory: Path) -> None:

@@ -8,10 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
 import drinksim as ds
+from scenarios.results.quantities import LIPS
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
 from scenarios.views.page.report import write_report
@@ -101,7 +103,7 @@ def test_the_slider_moves_everything_to_one_instant(
     seen = tab.eval_on_selector_all(
         ".section, .imprint-map canvas, .chart", "all => all.map(one => Number(one.dataset.timeS))"
     )
-    assert len(seen) == 3 + 4 + 9
+    assert len(seen) == 3 + 6 + 9
     assert seen == pytest.approx([time] * len(seen), abs=1e-6)
     assert f"{time:.2f} s" in tab.locator("#explore .now").inner_text()
     assert f"{time:.2f} s" in tab.get_attribute("#explore .time", "aria-valuetext")
@@ -169,6 +171,95 @@ def test_the_difference_of_equal_runs_is_nothing(visit: Visit, run_directory: Pa
     tab.mouse.move(box["x"] + box["width"] / 2 + x, box["y"] + box["height"] / 2 + y)
     said = pane.locator(".pointed").inner_text()
     assert said.endswith(f"less made up: 0.0 kPa (element {dermis})")
+
+
+def test_a_map_tells_by_how_much_more_the_second_presses(
+    running: Any, run_directory: Path, tmp_path: Path
+) -> None:
+    other = tmp_path / "half as hard"
+    shutil.copytree(run_directory, other)
+    with h5py.File(other / "fields.h5", "r+") as store:
+        for lip in LIPS:
+            store[f"contact/{lip}/pressure_mpa"][:] *= 0.5
+    write_report([run_directory, resealed(other)], tmp_path / "both.html")
+    tab = opened(running, tmp_path / "both.html").ready()
+    moved_to(tab, 5)
+    said = tab.locator(".pane .imprint-map[data-lip=upper] .values").all_inner_texts()
+    first, second, less = (number(re.findall(rf"({NUMBER}) kPa", text)[0]) for text in said)
+    assert first > 50.0
+    assert second == pytest.approx(0.5 * first, abs=0.1)
+    assert less == pytest.approx(second - first, abs=0.11)
+
+
+def test_curves_tell_seconds_and_relative_time(
+    running: Any, run_directory: Path, tmp_path: Path
+) -> None:
+    later = tmp_path / "later"
+    shutil.copytree(run_directory, later)
+    shift_history(later, seconds=2.0)
+    write_report([run_directory, resealed(later)], tmp_path / "both.html")
+    tab = opened(running, tmp_path / "both.html").ready()
+    written = tab.evaluate(WRITTEN_ON_A_CURVE)
+    assert {"0 %", "100 %", "1.0 s", "2.0 s", "3.0 s", "4.0 s"} <= set(written)
+    moved_to(tab, 5)
+    said = tab.locator(".chart[data-name=upper_lip_window_kpa] .values").inner_text()
+    assert re.findall(r"at ([\d.]+) s", said) == ["1.50", "3.50"]
+
+
+WRITTEN_ON_A_CURVE = """async () => {
+  const written = [];
+  const drawn = CanvasRenderingContext2D.prototype.fillText;
+  CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
+    if (this.canvas.closest(".chart")) written.push(text);
+    return drawn.call(this, text, ...rest);
+  };
+  document.querySelector(".chart .curve").style.width = "300px";
+  await new Promise((done) => setTimeout(done, 400));
+  return written;
+}"""
+
+
+def shift_history(run: Path, *, seconds: float) -> None:
+    """Move a run in time, as if it had been filmed later."""
+    with h5py.File(run / "fields.h5", "r+") as store:
+        store["increments/time_s"][:] += seconds
+        store["time_s"][:] += seconds
+    lines = (run / "history.csv").read_text().splitlines()
+    moved = [",".join([f"{float(line.split(',')[0]) + seconds:.9g}", *line.split(",")[1:]])
+             for line in lines[1:]]  # fmt: skip
+    (run / "history.csv").write_text("\r\n".join([lines[0], *moved, ""]))
+
+
+def test_a_dim_room_has_dark_paper_that_can_be_read(running: Any, pair: Path) -> None:
+    visit = opened(running, pair, color_scheme="dark")
+    tab = visit.ready()
+    assert dark_share(tab) > 0.3
+    assert tab.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(21, 24, 28)"
+    assert grave_faults(tab) == []
+    tab.emulate_media(color_scheme="light")
+    tab.wait_for_timeout(300)
+    assert dark_share(tab) < 0.05
+    tab.emulate_media(color_scheme="dark", media="print")
+    assert tab.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert visit.messages == []
+
+
+def dark_share(tab: Any) -> float:
+    """Return how much of the first section is nearly black."""
+    return float(
+        tab.locator(".pane .section").first.evaluate(
+            """canvas => {
+              const copy = document.createElement("canvas");
+              [copy.width, copy.height] = [canvas.width, canvas.height];
+              const context = copy.getContext("2d", { willReadFrequently: true });
+              context.drawImage(canvas, 0, 0);
+              const all = context.getImageData(0, 0, copy.width, copy.height);
+              let dark = 0;
+              for (let i = 0; i < all.data.length; i += 4) if (all.data[i] < 50) dark += 1;
+              return (4 * dark) / all.data.length;
+            }"""
+        )
+    )
 
 
 def test_a_curve_tells_its_values(visit: Visit, run_directory: Path) -> None:
@@ -276,10 +367,15 @@ def test_dragging_keeps_thirty_frames_a_second(visit: Visit) -> None:
 
 
 def test_no_grave_fault_of_accessibility(visit: Visit) -> None:
+    assert grave_faults(visit.tab) == []
+
+
+def grave_faults(tab: Any) -> list[Any]:
+    """Return what axe finds on a page that is worse than minor, and where."""
     axe = needed_module("axe_playwright_python.sync_playwright").Axe()
-    found = axe.run(visit.tab).response["violations"]
+    found = axe.run(tab).response["violations"]
     grave = [one for one in found if one["impact"] in ("moderate", "serious", "critical")]
-    assert [(one["id"], [node["target"] for node in one["nodes"]]) for one in grave] == []
+    return [(one["id"], [node["target"] for node in one["nodes"]]) for one in grave]
 
 
 def test_nothing_is_asked_for_and_nothing_complained_of(visit: Visit, pair: Path) -> None:
@@ -326,7 +422,7 @@ def test_seven_runs_are_six_screens_and_a_small_file(
     page = tmp_path / "seven.html"
     write_report(runs, page)
     assert page.stat().st_size < 40e6
-    visit = opened(running, page)
+    visit = opened(running, page, height_px=800)
     tab = visit.ready()
-    assert tab.evaluate("document.documentElement.scrollHeight") <= 6 * 900
+    assert tab.evaluate("document.documentElement.scrollHeight") <= 6 * 800
     assert visit.messages == []

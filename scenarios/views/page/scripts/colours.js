@@ -2,8 +2,27 @@
 
 import { written } from "./arrays.js";
 
-export const INK = "#2b2f36";
-export const QUIET = "#5d626b";
+const THEME = [
+  "panel", "ink", "quiet", "line", "package", "upper", "lower", "warning", "track", "above", "below",
+];
+const DARK = window.matchMedia("screen and (prefers-color-scheme: dark)");
+
+/** The colours of the page's style sheet, by name. */
+export const theme = {};
+
+/** Reads the colours that hold now, and calls `changed` whenever others do. */
+export function followTheme(changed) {
+  const read = () => {
+    const style = getComputedStyle(document.documentElement);
+    for (const name of THEME) theme[name] = style.getPropertyValue(`--${name}`).trim();
+    theme.isDark = DARK.matches;
+  };
+  read();
+  DARK.addEventListener("change", () => {
+    read();
+    changed();
+  });
+}
 
 /** Colours from 0 to `limit`; low values tell apart, as the colours go with the square root. */
 export class Scale {

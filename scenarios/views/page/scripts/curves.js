@@ -1,11 +1,11 @@
 // Histories of one or two runs: curves, thresholds, the difference in red and blue, a mark in time.
 
-import { INK } from "./colours.js";
+import { theme } from "./colours.js";
 import { interpolated, nearest, written } from "./arrays.js";
 
-const RED = "rgba(178, 44, 44, 0.28)";
-const BLUE = "rgba(33, 94, 168, 0.28)";
 const HEIGHT = 190;
+const SPLITS_PX = 60;
+const TIME_PX = 22;
 const FONT = "12px system-ui, sans-serif";
 
 /** One history on the page: a figure with its curves and a line of values at the instant. */
@@ -20,12 +20,15 @@ export class HistoryChart {
     new ResizeObserver(() => this.resize()).observe(this.place);
   }
 
-  /** Draws these runs with these styles ({colour, dash}), the difference between two of them. */
+  /**
+   * Draws these runs with these styles ({colour, dash}), the difference between two of them.
+   *
+   * Both lie along relative time, which the axis above tells; those below tell the seconds of each.
+   */
   show(runs, styles) {
     this.runs = runs;
     this.plot?.destroy();
-    const alone = runs.length === 1;
-    this.xs = runs.map((run) => (alone ? run.data.time_s : run.data.relative_time));
+    this.xs = runs.map((run) => run.data.relative_time);
     const grid = [...new Set(this.xs.flat())].sort((a, b) => a - b);
     const lines = runs.map((run, i) =>
       grid.map((x) => interpolated(this.xs[i], run.data.history[this.name], x)),
@@ -40,7 +43,7 @@ export class HistoryChart {
         legend: { show: false },
         cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
         scales: { x: { time: false } },
-        axes: [axis(alone ? "time, s" : "relative time"), axis(this.unit())],
+        axes: [...this.timeAxes(runs, styles), axis(this.unit(), { size: 52 })],
         series: [{}, ...series],
         hooks: {
           setCursor: [(plot) => this.hover(plot)],
@@ -58,6 +61,24 @@ export class HistoryChart {
     this.plot.over.append(this.mark);
   }
 
+  /** Relative time above, and below seconds: once for all runs that were as long, else for each. */
+  timeAxes(runs, styles) {
+    const ends = runs.map((run) => [run.data.time_s[0], run.data.time_s.at(-1)]);
+    const alike = ends.every(([from, to]) => from === ends[0][0] && to === ends[0][1]);
+    const below = ends.slice(0, alike ? 1 : ends.length).map((span, i) => axis(null, {
+      scale: "x", side: 2, size: TIME_PX, gap: 1, grid: { show: false },
+      ...(alike ? {} : { stroke: styles[i].colour }),
+      splits: (plot) => secondsAt(span, plot.bbox.width / devicePixelRatio / SPLITS_PX),
+      values: (_, places) => places.map((x) => `${written(span[0] + x * (span[1] - span[0]), 1)} s`),
+    }));
+    const above = axis(null, {
+      scale: "x", side: 0, size: TIME_PX, gap: 1, stroke: theme.quiet,
+      splits: () => [0, 0.2, 0.4, 0.6, 0.8, 1],
+      values: (_, places) => places.map((x) => `${written(100 * x, 0)} %`),
+    });
+    return [above, ...below];
+  }
+
   unit() {
     return this.page.quantities[this.name].unit || "log strain";
   }
@@ -69,9 +90,7 @@ export class HistoryChart {
   listen(plot) {
     plot.over.addEventListener("click", () => {
       const x = plot.posToVal(plot.cursor.left, "x");
-      const run = this.runs[0];
-      const k = nearest(this.xs[0], x);
-      this.onTime(run.data.relative_time[k]);
+      this.onTime(x);
     });
     plot.over.addEventListener("mouseleave", () => this.tell());
   }
@@ -118,7 +137,7 @@ export class HistoryChart {
     const y = (value) => plot.valToPos(value, "y", true);
     for (let k = 0; k + 1 < grid.length; k++) {
       const [left, right] = [plot.valToPos(grid[k], "x", true), plot.valToPos(grid[k + 1], "x", true)];
-      ctx.fillStyle = second[k] + second[k + 1] > first[k] + first[k + 1] ? RED : BLUE;
+      ctx.fillStyle = second[k] + second[k + 1] > first[k] + first[k + 1] ? theme.above : theme.below;
       ctx.beginPath();
       ctx.moveTo(left, y(first[k]));
       ctx.lineTo(right, y(first[k + 1]));
@@ -136,7 +155,7 @@ export class HistoryChart {
     this.figure.querySelector(".limit").textContent = `${found.words}${above ? ", above ↑" : ""}`;
     if (above) return;
     const { ctx, bbox } = plot;
-    ctx.fillStyle = "#9c2f2f";
+    ctx.fillStyle = theme.warning;
     ctx.fillRect(bbox.left, plot.valToPos(found.low, "y", true), bbox.width, 2);
   }
 
@@ -160,15 +179,26 @@ function thresholdOf(name, page) {
   return null;
 }
 
-function axis(label) {
+/** Places (0 to 1) of about `count` round numbers of seconds between two ends. */
+function secondsAt([from, to], count) {
+  const steps = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60];
+  const step = steps.find((one) => (to - from) / one <= count) ?? steps.at(-1);
+  const places = [];
+  for (let k = Math.ceil(from / step - 1e-9); k * step <= to + 1e-9; k++) {
+    places.push((k * step - from) / (to - from || 1));
+  }
+  return places;
+}
+
+function axis(label, more) {
   return {
-    label,
-    stroke: INK,
+    ...(label ? { label } : {}),
+    stroke: theme.ink,
     font: FONT,
     labelFont: FONT,
-    labelSize: 18,
-    size: label.includes("time") ? 34 : 52,
-    grid: { stroke: "#e9e6e0", width: 1 },
-    ticks: { stroke: "#c9c5bc", width: 1 },
+    labelSize: 16,
+    grid: { stroke: theme.track, width: 1 },
+    ticks: { stroke: theme.line, width: 1, size: 4 },
+    ...more,
   };
 }

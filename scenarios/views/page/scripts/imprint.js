@@ -1,6 +1,6 @@
 // Where along the neck's contour a lip presses, against time: a map with a mark in time.
 
-import { INK, QUIET } from "./colours.js";
+import { theme } from "./colours.js";
 import { nearest, written } from "./arrays.js";
 
 const LEFT = 46;
@@ -54,7 +54,7 @@ export class ImprintMap {
     c.drawImage(this.map, 0, 0);
     const time = this.run.seconds[this.frame];
     const x = this.left(time, width, ratio);
-    c.fillStyle = INK;
+    c.fillStyle = theme.ink;
     c.fillRect(x - ratio, TOP * ratio, 2 * ratio, height - (BOTTOM + TOP) * ratio);
     this.canvas.dataset.timeS = time;
   }
@@ -70,7 +70,7 @@ export class ImprintMap {
     map.width = width;
     map.height = height;
     const c = map.getContext("2d");
-    c.fillStyle = "#ffffff";
+    c.fillStyle = theme.panel;
     c.fillRect(0, 0, width, height);
     const table = this.run.imprint[this.lip];
     const times = this.run.data.time_s;
@@ -82,7 +82,7 @@ export class ImprintMap {
       const before = this.left((times[Math.max(0, k - 1)] + times[k]) / 2, width, ratio);
       const after = this.left((times[Math.min(table.rows - 1, k + 1)] + times[k]) / 2, width, ratio);
       for (let a = 0; a < row.length; a++) {
-        if (row[a] <= 0) continue;
+        if (row[a] === 0) continue;
         c.fillStyle = this.scale.colours[this.scale.index(row[a] * table.unit)];
         c.fillRect(before, TOP * ratio + inner - (a + 1) * high, after - before + 0.6, high + 0.6);
       }
@@ -103,11 +103,11 @@ export class ImprintMap {
       const top = TOP * ratio + inner * (1 - (high - start) / (end - start));
       const tall = (inner * (high - low)) / (end - start);
       if (name.startsWith("crest")) {
-        c.fillStyle = "#f0ede7";
+        c.fillStyle = theme.track;
         c.fillRect(LEFT * ratio, top, width, tall);
       }
       if (tall > 12 * ratio) {
-        c.fillStyle = QUIET;
+        c.fillStyle = theme.quiet;
         c.fillText(name, width - 8 * ratio, top + tall / 2 + 4 * ratio);
       }
     }
@@ -117,7 +117,7 @@ export class ImprintMap {
     const { start_mm: start } = this.imprint;
     const length = this.imprint.step_mm * this.run.imprint[this.lip].rowLength;
     const inner = height - (BOTTOM + TOP) * ratio;
-    c.fillStyle = INK;
+    c.fillStyle = theme.ink;
     c.font = `${11 * ratio}px system-ui, sans-serif`;
     c.textAlign = "right";
     for (const share of [0, 0.5, 1]) {
@@ -166,11 +166,13 @@ export class ImprintMap {
     const table = this.run.imprint[this.lip];
     const row = table.row(this.run.data.increment[this.frame]);
     let highest = 0;
-    for (let a = 1; a < row.length; a++) if (row[a] > row[highest]) highest = a;
+    for (let a = 1; a < row.length; a++) {
+      if (Math.abs(row[a]) > Math.abs(row[highest])) highest = a;
+    }
     const { start_mm: start, step_mm: step } = this.imprint;
-    this.values.textContent = row[highest] > 0
+    this.values.textContent = row[highest] !== 0
       ? `now up to ${written(row[highest] * table.unit, table.decimals)} kPa at ` +
         `${written(start + highest * step, 2)} mm of the ${this.lip} wall's contour`
-      : `now the ${this.lip} wall is not touched`;
+      : `now the ${this.lip} wall is not touched${this.run.isDifference ? " differently" : ""}`;
   }
 }

@@ -1,14 +1,15 @@
 // Puts the moving part of the page together: which runs, which field, which instant.
 
 import { written } from "./arrays.js";
-import { CentredScale, Scale, scaleOf, showLegend } from "./colours.js";
+import { CentredScale, Scale, followTheme, scaleOf, showLegend, theme } from "./colours.js";
 import { Run, counterparts } from "./run.js";
+import { imprintDifference } from "./imprint_difference.js";
 import { Camera } from "./camera.js";
 import { HistoryChart } from "./curves.js";
 import { Pane } from "./pane.js";
 import { Timeline } from "./timeline.js";
 
-const STYLES = [{ colour: "#1d6a86", dash: [] }, { colour: "#d07a2d", dash: [8, 4] }];
+const DASHES = [[], [8, 4]];
 const BUTTON_ZOOM = 1.5;
 
 /** The moving part: at most two chosen runs, side by side at one instant. */
@@ -18,10 +19,18 @@ class Explorer {
     this.page = page;
     this.runs = page.runs.map((data) => new Run(data));
     this.pressure = new Scale(page.pressure);
+    this.pressureDifference = new CentredScale({
+      ...page.pressure, limit: page.pressure.limit / 2, colours: page.difference,
+    });
+    followTheme(() => this.recolour());
+    this.takeColours();
     this.chosen = this.runs.slice(0, 2);
     this.camera = new Camera(this.commonWindow());
     this.panes = [...root.querySelectorAll(".pane")]
-      .map((element) => new Pane(element, this.camera, page, this.pressure));
+      .map((element) => new Pane(
+        element, this.camera, page,
+        element.dataset.kind === "difference" ? this.pressureDifference : this.pressure,
+      ));
     const onTime = (relative) => this.timeline.go(relative);
     this.charts = [...root.querySelectorAll(".chart")]
       .map((figure) => new HistoryChart(figure, figure.dataset.name, page, onTime));
@@ -50,6 +59,23 @@ class Explorer {
     this.root.querySelectorAll(".chosen").forEach((select, i) =>
       select.addEventListener("change", () => this.choose(i, Number(select.value))));
     window.addEventListener("resize", () => this.redraw());
+  }
+
+  takeColours() {
+    const { colours, colours_on_dark: onDark } = this.page.pressure;
+    this.pressure.colours = theme.isDark ? onDark : colours;
+  }
+
+  /** Draws everything anew when light paper became dark, or dark light. */
+  async recolour() {
+    this.takeColours();
+    this.legendState = null;
+    await this.open();
+  }
+
+  /** Colour and dashes of each chosen run. */
+  get styles() {
+    return this.chosen.map((_, i) => ({ colour: [theme.upper, theme.lower][i], dash: DASHES[i] }));
   }
 
   /** The window that holds the windows of all runs. */
@@ -84,13 +110,14 @@ class Explorer {
     });
     this.panes.forEach((pane, i) => {
       if (pane.isDifference) {
-        pane.hold(second && first, second && `${second.label} less ${first.label}`, this.onTime);
+        const pressing = second && imprintDifference(first, second);
+        pane.hold(second && first, pressing?.label, this.onTime, pressing);
       } else {
         pane.hold(this.chosen[i], this.chosen[i]?.label, this.onTime);
       }
     });
     this.showKey();
-    for (const chart of this.charts) chart.show(this.chosen, STYLES.slice(0, this.chosen.length));
+    for (const chart of this.charts) chart.show(this.chosen, this.styles);
     this.timeline.follow(first);
     this.move(this.timeline.relative);
   }
@@ -104,7 +131,7 @@ class Explorer {
     };
     this.find(".lines-of-runs").replaceChildren(...this.chosen.map((run, i) => {
       const entry = document.createElement("li");
-      const { colour, dash } = STYLES[i];
+      const { colour, dash } = this.styles[i];
       const swatch = svg("svg", { width: 44, height: 12, "aria-hidden": true });
       swatch.append(svg("line", {
         x1: 1, y1: 6, x2: 43, y2: 6, stroke: colour, "stroke-width": 2.6,
@@ -127,7 +154,7 @@ class Explorer {
     for (const chart of this.charts) chart.move(this.frames);
     this.paint();
     this.panes.forEach((pane, i) => {
-      if (pane.shown && !pane.isDifference) pane.move(this.frames[i]);
+      if (pane.shown) pane.move(this.frames[pane.isDifference ? 0 : i]);
     });
   }
 

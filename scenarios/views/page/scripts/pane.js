@@ -33,14 +33,14 @@ export class Pane {
     return !this.element.hidden;
   }
 
-  /** Shows a run from now on, nothing if there is none. */
-  hold(run, title, onTime) {
+  /** Shows a run from now on, nothing if there is none; `pressing` has the imprints to be shown. */
+  hold(run, title, onTime, pressing = run) {
     this.element.hidden = !run;
     this.run = run;
     this.view.run = null;
     if (!run) return;
     this.title.textContent = title;
-    this.imprints.forEach((map) => map.show(run, onTime));
+    this.imprints.forEach((map) => map.show(pressing, onTime));
     if (this.film) this.film.parentElement.hidden = run.data.film.length === 0;
   }
 
@@ -48,7 +48,7 @@ export class Pane {
   move(frame) {
     this.imprints.forEach((map) => map.move(frame));
     const { film } = this.run.data;
-    if (!film.length) return;
+    if (!this.film || !film.length) return;
     const picture = film[nearest(film.map((one) => one.time_s), this.run.seconds[frame])];
     if (this.film.dataset.timeS === String(picture.time_s)) return;
     this.film.src = picture.picture;

@@ -1,11 +1,11 @@
 // The deformed section of a run on a canvas: tissue coloured by a field, neck, teeth, contact.
 
-import { INK } from "./colours.js";
+import { theme } from "./colours.js";
 import { LIPS } from "./run.js";
 
 const PARTS = [
-  // name, fill, edge; drawn in this order below the tissue
-  ["package", "#dfe5ea", null],
+  // name, fill (the package has its theme's), edge; drawn in this order below the tissue
+  ["package", null, null],
   ["upper_jaw", "#dcd8cf", "#a8a294"],
   ["lower_jaw", "#dcd8cf", "#a8a294"],
   ["upper_tooth", "#f7f4ea", "#a8a294"],
@@ -69,7 +69,7 @@ export class SectionView {
     this.fit();
     const { context: c, run, frame } = this;
     run.place(frame);
-    c.fillStyle = "#ffffff";
+    c.fillStyle = theme.panel;
     c.fillRect(0, 0, this.canvas.width, this.canvas.height);
     c.lineJoin = "round";
     for (const [name, fill, edge] of PARTS) this.area(name, fill, edge, 1);
@@ -92,7 +92,7 @@ export class SectionView {
     c.beginPath();
     for (const [x, y] of run.outline(name, this.frame)) c.lineTo(this.x(x), this.y(y));
     c.closePath();
-    c.fillStyle = fill;
+    c.fillStyle = fill ?? theme.package;
     c.fill();
     if (edge) this.stroke(edge, width);
   }
@@ -103,7 +103,7 @@ export class SectionView {
     const { context: c } = this;
     c.beginPath();
     for (const [x, y] of line.points) c.lineTo(this.x(x), this.y(y));
-    this.stroke("#c9c5bc", 1);
+    this.stroke(theme.quiet, 1);
   }
 
   stroke(colour, width) {
@@ -198,7 +198,7 @@ export class SectionView {
       c.beginPath();
       c.moveTo(...tip(k));
       c.lineTo(...tip(k + 1));
-      this.stroke(INK, 1);
+      this.stroke(theme.ink, 1);
       c.beginPath();
       c.moveTo(this.x(points[k][0]), this.y(points[k][1]));
       c.lineTo(this.x(points[k + 1][0]), this.y(points[k + 1][1]));
@@ -224,7 +224,7 @@ export class SectionView {
     c.moveTo(ex - head * (ux - 0.5 * uy), ey + head * (uy + 0.5 * ux));
     c.lineTo(ex, ey);
     c.lineTo(ex - head * (ux + 0.5 * uy), ey + head * (uy - 0.5 * ux));
-    this.stroke(INK, 2);
+    this.stroke(theme.ink, 2);
   }
 
   ruler() {
@@ -236,9 +236,13 @@ export class SectionView {
     c.beginPath();
     c.moveTo(x, y);
     c.lineTo(x + length * this.px, y);
-    this.stroke(INK, 3);
-    c.fillStyle = INK;
+    this.stroke(theme.panel, 6);
+    this.stroke(theme.ink, 3);
+    c.fillStyle = theme.ink;
     c.font = `${13 * ratio}px system-ui, sans-serif`;
+    c.strokeStyle = theme.panel;
+    c.lineWidth = 3 * ratio;
+    c.strokeText(`${length} mm`, x, y - 6 * ratio);
     c.fillText(`${length} mm`, x, y - 6 * ratio);
   }
 
