@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from geometry2d.anatomy.population import Person, sampled_people
-from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.errors import naming
 from geometry2d.foundation.output import file_at_once
 from geometry2d.foundation.progress import Progress
 from mocap.motion.motion import Motion
@@ -238,15 +238,13 @@ def _check_necks(film: FilmedSip, necks: Sequence[NamedNeck], points: Sequence[P
     seen: list[Scenario] = []
     for neck in necks:
         for point in points:
-            try:
+            with naming(f"neck {neck.name}"):
                 scenario = _varied(film.base, neck, point)
                 if any(scenario.package == other.package for other in seen):
                     continue
                 seen.append(scenario)
                 scenario.package.section()
                 refuse_contradictions(neck_findings_of(scenario))
-            except DrinksimError as error:
-                raise type(error)(f"neck {neck.name}: {error}") from error
 
 
 def _filmed_person(study: StudySettings, film: FilmedSip) -> Scenario:

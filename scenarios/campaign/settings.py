@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 from geometry2d.anatomy.population import Sexes
+from geometry2d.foundation.errors import naming
 from geometry2d.foundation.settings import setting
 from geometry2d.foundation.toml import read_toml, shown
 from scenarios.campaign.variation import StudyError, VariedSetting, variations
 from scenarios.settings.names import nearest
-from scenarios.settings.tables import SettingError, Value, table_from
+from scenarios.settings.tables import Value, table_from
 
 
 @dataclass(frozen=True)
@@ -168,10 +169,8 @@ def read_study(file: Path) -> StudySettings:
         If a setting is unknown, missing or out of range.
     """
     document = read_toml(file, what="study file", error=StudyError)
-    try:
+    with naming(file):
         return study_from(document, folder=file.resolve().parent, name=file.stem)
-    except (StudyError, SettingError) as error:
-        raise type(error)(f"{file}: {error}") from error
 
 
 def study_from(document: Mapping[str, Any], *, folder: Path, name: str) -> StudySettings:

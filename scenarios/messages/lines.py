@@ -12,6 +12,12 @@ from scenarios.results.quantities import LIPS
 CRUSHED_MM = 0.1
 """Penetration that no pressure a lip can carry explains: some 5 MPa."""
 
+MESH_DOUBT = 0.15
+"""From here on two measures of one pressure differ by more than necks may be compared by."""
+
+SHORT_EDGE_MM = 0.25
+"""Two edges to the window over which pressure is averaged."""
+
 FELT_CONTRAST = 0.1
 """From here on crests are said to be felt: pressures on skin are told apart from about 10 % on, an
 estimate after Weber's law."""
@@ -147,6 +153,35 @@ def crushed_message(deepest_mm: float) -> str | None:
     return (
         f"the neck went {deepest_mm:.2f} mm into a lip, as if driven into the teeth: do not "
         "trust what follows, and move the package with placement.shift_x_mm"
+    )
+
+
+def mesh_message(
+    lip: str, about: Mapping[str, Any], *, contact_mm: float, layer_mm: float
+) -> str | None:
+    """Return that the mesh is too coarse for a lip's pressure over half a millimetre, if it is.
+
+    Parameters
+    ----------
+    lip
+        Which one.
+    about
+        Numbers for the summary, with both measures of that pressure.
+    contact_mm, layer_mm
+        Edge length at the lip's margin, and the largest one along the dermis, mm.
+    """
+    ways = [about[f"highest_{way}_{lip}_lip_kpa"] for way in ("window", "recovered_window")]
+    low, high = sorted(ways)
+    if high - low <= MESH_DOUBT * high:
+        return None
+    edge_mm = SHORT_EDGE_MM if layer_mm > SHORT_EDGE_MM else 0.5 * layer_mm
+    remedy = f"numerics.mesh.layer_mm = {edge_mm:.2g}"
+    if contact_mm > edge_mm:
+        remedy += f" and contact_mm = {edge_mm:.2g}"
+    return (
+        f"the mesh is too coarse where the {lip} lip is pressed most: it carries {ways[0]:.0f} or "
+        f"{ways[1]:.0f} kPa over half a millimetre, as one measures; give {remedy} before you "
+        "compare necks by that"
     )
 
 

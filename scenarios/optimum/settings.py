@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+from geometry2d.foundation.errors import naming
 from geometry2d.foundation.settings import range_error, setting
 from geometry2d.foundation.toml import read_toml, shown
 from geometry2d.neck import NECKS, NeckMeasurements
@@ -15,7 +16,7 @@ from scenarios.campaign.settings import StudySettings, study_from
 from scenarios.campaign.variation import StudyError
 from scenarios.optimum.search import ImpossibleError, Values
 from scenarios.settings.names import nearest
-from scenarios.settings.tables import SettingError, table_from
+from scenarios.settings.tables import table_from
 
 CLOSURES: Mapping[str, Mapping[str, float]] = {
     "SP 38-400": {
@@ -135,10 +136,8 @@ def read_optimum(file: Path) -> OptimumSettings:
         If a setting is unknown, missing or out of range.
     """
     document = read_toml(file, what="optimisation file", error=StudyError)
-    try:
+    with naming(file):
         return optimum_from(document, folder=file.resolve().parent, name=file.stem)
-    except (StudyError, SettingError) as error:
-        raise type(error)(f"{file}: {error}") from error
 
 
 def optimum_from(document: Mapping[str, Any], *, folder: Path, name: str) -> OptimumSettings:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.anatomy.head import HeadMeasurements, HeadSection, head_section
-from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.errors import DrinksimError, naming
 from geometry2d.foundation.text import quoted, short
 from geometry2d.foundation.toml import read_toml, shown
 from geometry2d.neck import NECKS, NeckSection, neck_section
@@ -155,10 +155,8 @@ def read_script(file: Path) -> Script:
         would be larger than any camera's.
     """
     tables = read_toml(file, what="script of a recording", error=RenderingError)
-    try:
+    with naming(file):
         return _script_from(tables)
-    except DrinksimError as error:
-        raise type(error)(f"{file}: {error}") from error
 
 
 def _script_from(tables: dict[str, Any]) -> Script:

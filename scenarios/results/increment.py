@@ -79,11 +79,15 @@ class LipContact:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What is measured on a committed state: members as in :class:`Increment`."""
+    """What is measured on a committed state: members as in :class:`Increment`.
+
+    ``recovered_window_kpa`` is the pressure over 0.5 mm of each lip, measured in a second way.
+    """
 
     element: Mapping[str, NDArray[Any]]
     contact: Mapping[str, ContactField]
     history: Mapping[str, float]
+    recovered_window_kpa: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)

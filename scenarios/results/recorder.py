@@ -69,7 +69,7 @@ class Recorder:
         """Return a committed increment in the head frame."""
         state = commit.state
         measured = self._measure(commit)
-        self._remember(commit)
+        self._remember(commit, measured)
         x, y = rotated(state.placement.shift_mm, self._head_angle_rad).tolist()
         return Increment(
             time_s=state.time_s,
@@ -88,11 +88,11 @@ class Recorder:
             },
         )
 
-    def _remember(self, commit: Commit) -> None:
+    def _remember(self, commit: Commit, measured: Measured) -> None:
         time_s = commit.state.time_s
         self.unstable = passages_with(self.unstable, self._last_s, time_s, commit.instability)
         now = Extremes.of(commit, force_floor_n=self._force_floor_n)
-        self.extremes = self.extremes.widened(now)
+        self.extremes = self.extremes.widened(now).widened(Extremes.of_windows(measured))
         self._last_s = time_s
 
 

@@ -14,6 +14,7 @@ from fem2d.contact.rigid import rigid_responses
 from fem2d.contact.self_contact import self_responses
 from fem2d.solvers.commit import Commit
 from fem2d.solvers.stability import Instability, Passage
+from scenarios.results.increment import Measured, SolutionError
 from scenarios.results.quantities import HISTORY, LIPS
 
 Array = NDArray[np.float64]
@@ -28,6 +29,8 @@ class Extremes:
     """The largest values over a run that tell how far its numbers can be trusted.
 
     Penetrations are in mm, energies in N mm; the unbalanced force is relative to the largest force.
+    The two windows of a lip are the same pressure, measured in two ways: the mesh leaves open what
+    they differ by.
     """
 
     largest_penetration_neck_mm: float = 0.0
@@ -37,6 +40,10 @@ class Extremes:
     largest_unbalanced_force_share: float = 0.0
     largest_strain_energy_nmm: float = 0.0
     largest_kinetic_energy_nmm: float = 0.0
+    highest_window_upper_lip_kpa: float = 0.0
+    highest_window_lower_lip_kpa: float = 0.0
+    highest_recovered_window_upper_lip_kpa: float = 0.0
+    highest_recovered_window_lower_lip_kpa: float = 0.0
 
     @classmethod
     def of(cls, commit: Commit, *, force_floor_n: float) -> Extremes:
@@ -62,9 +69,33 @@ class Extremes:
         )
 
     @classmethod
+    def of_windows(cls, measured: Measured) -> Extremes:
+        """Return the pressures over a window of one increment."""
+        windows = {
+            f"highest_window_{lip}_lip_kpa": measured.history[f"{lip}_lip_window_kpa"]
+            for lip in LIPS
+        }
+        recovered = {
+            f"highest_recovered_window_{lip}_lip_kpa": measured.recovered_window_kpa[lip]
+            for lip in LIPS
+        }
+        return cls(**windows, **recovered)
+
+    @classmethod
     def from_array(cls, values: Array) -> Extremes:
-        """Return the extremes that :meth:`as_array` gave."""
+        """Return the extremes that :meth:`as_array` gave.
+
+        Raises
+        ------
+        SolutionError
+            If there are more or fewer.
+        """
         names = [field.name for field in fields(cls)]
+        if len(values) != len(names):
+            raise SolutionError(
+                f"the checkpoint holds {len(values)} extremes, not {len(names)}: another version "
+                "wrote it; run without --resume to start over"
+            )
         return cls(**dict(zip(names, values.tolist(), strict=True)))
 
     def as_array(self) -> Array:

@@ -9,11 +9,12 @@ read is in :mod:`scenarios.settings.tables`, how they are laid over one another 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, is_dataclass, replace
 from pathlib import Path, PurePath
 from typing import Any, Protocol
 
-from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.errors import naming
 from geometry2d.foundation.progress import ProgressOption
 from geometry2d.foundation.provided import Provided
 from geometry2d.foundation.settings import setting
@@ -310,13 +311,10 @@ def load_scenario(name_or_file: str | Path, settings: Sequence[str] = ()) -> Sce
     """
     here = Path.cwd()
     layers = [*file_layers(str(name_or_file), here), settings_layer(settings, here)]
-    try:
+    file = next((layer.name for layer in reversed(layers) if layer.name), "")
+    # A setting given beside the file may be the culprit.
+    with nullcontext() if settings or not file else naming(file):
         return scenario_from(layers)
-    except DrinksimError as error:
-        file = next((layer.name for layer in reversed(layers) if layer.name), "")
-        if settings or not file or file in str(error):
-            raise
-        raise type(error)(f"{file}: {error}") from error
 
 
 def scenario_from(layers: Sequence[SettingsLayer]) -> Scenario:

@@ -16,6 +16,9 @@ Array = NDArray[np.float64]
 WINDOW_MM = 0.5
 """Length of deformed lip over which the window pressure is averaged (DESIGN, files)."""
 
+SAMPLE_MM = 0.01
+"""Steps in which a window moves over a recovered traction."""
+
 TOUCHING_MM = 0.005
 """A smaller gap is none: the penalty lets surfaces overlap by up to that, and the lines of skin are
 0.02 to 0.2 mm deep (Bibb, Eggbeer and Paterson, *Medical Modelling*, 2015, section 6.17.3). The
@@ -65,6 +68,34 @@ class ContactLine:
         starts = np.concatenate([ends, ends - window_mm])
         starts = starts[(starts >= 0) & (starts <= ends[-1] - window_mm)]
         within = np.interp(starts + window_mm, ends, load) - np.interp(starts, ends, load)
+        return float(np.max(within)) / window_mm
+
+    def recovered_window(self, window_mm: float = WINDOW_MM) -> float:
+        """Return the highest mean, MPa, of the recovered traction over any ``window_mm``.
+
+        Edges have a middle node. Both windows hold the same forces, :meth:`highest_window` as
+        nodes carry them, this one as :func:`recovered_traction` spreads them. They tend to one
+        another as edges get short beside the window; what they differ by is open until then.
+        """
+        edges = self.length.sum(axis=1)
+        force = np.zeros(2 * len(edges) + 1)
+        for local in range(3):
+            np.add.at(force, 2 * np.arange(len(edges)) + local, self.load[:, local])
+        ends = np.concatenate([[0.0], np.cumsum(edges)])
+        place = np.empty(force.size)
+        place[::2], place[1::2] = ends, 0.5 * (ends[1:] + ends[:-1])
+        traction = recovered_traction(force, edges)
+        if ends[-1] <= window_mm:
+            return float(force.sum() / ends[-1])
+        loaded = np.flatnonzero(traction > 0)
+        if loaded.size == 0:
+            return 0.0
+        first, last = place[loaded[0]] - window_mm, place[loaded[-1]] + window_mm
+        fine = np.linspace(first, last, int((last - first) / SAMPLE_MM) + 2)
+        sampled = np.interp(fine, place, traction)
+        steps = 0.5 * (sampled[1:] + sampled[:-1]) * np.diff(fine)
+        load = np.concatenate([[0.0], np.cumsum(steps)])
+        within = np.interp(fine + window_mm, fine, load) - load
         return float(np.max(within)) / window_mm
 
     def contact_length(self) -> float:

@@ -68,6 +68,9 @@ class LipMeasures:
             },
             contact={lip: self._contact_field(lip, commit) for lip in LIPS},
             history=history,
+            recovered_window_kpa={
+                lip: 1e3 * self._contact_line(lip, commit).recovered_window() for lip in LIPS
+            },
         )
 
     def located(self, passage: Passage) -> dict[str, Any]:

@@ -364,6 +364,7 @@ def _notes(ready: Prepared, result: MarchResult, about: Mapping[str, Any]) -> tu
     """Return what to mind about the model and its motion, in the words of an engineer."""
     finished = result.status is MarchStatus.FINISHED
     model = ready.lips.fem_model
+    mesh = ready.lips.scenario.numerics.mesh
     near = _neighbourhood(model, ready.lips.scenario.numerics.period.near_mm)
     left = not near(ready.motion.at(ready.end_s))
     caught = _touching(model, result.state) if finished and left else ()
@@ -376,6 +377,10 @@ def _notes(ready: Prepared, result: MarchResult, about: Mapping[str, Any]) -> tu
         lines.muscles_message(about["muscles"]) if "muscles" in about else None,
         lines.activations_message(about["activations"]) if "activations" in about else None,
         lines.crushed_message(about["largest_penetration_neck_mm"]),
+        *(
+            lines.mesh_message(lip, about, contact_mm=mesh.contact_mm, layer_mm=mesh.layer_mm)
+            for lip in LIPS
+        ),
         lines.caught_message(caught),
     )
     return tuple(note for note in notes if note)

@@ -20,6 +20,7 @@ from geometry2d.foundation.progress import (
 )
 from mocap.convert import ConvertResult, convert
 from mocap.motion.motion import Motion
+from mocap.views.closing import closing_lines
 from scenarios.messages.lines import activations_message
 from scenarios.results.collector import SolutionCollector
 from scenarios.results.increment import SolutionError
@@ -46,10 +47,11 @@ class NothingComputedError(DrinksimError):
 
 @dataclass(frozen=True)
 class Conversion:
-    """The motion file that a conversion wrote, and what its reader must know."""
+    """The motion file that a conversion wrote, what is odd about it, and how well it went."""
 
     motion: Path
     warnings: tuple[str, ...]
+    closing: tuple[str, ...] = ()
 
 
 def convert_recording(
@@ -65,7 +67,8 @@ def convert_recording(
     ``tracks`` and ``fps`` are those of :func:`mocap.convert.convert`.
     """
     result = _converted(recording, out=out, tracks=tracks, fps=fps, progress=progress)
-    return Conversion(out / "motion.csv", result.warnings)
+    closing = closing_lines(result.summary, result.tracks)
+    return Conversion(out / "motion.csv", result.warnings, tuple(closing))
 
 
 def _converted(

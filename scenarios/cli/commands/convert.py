@@ -55,4 +55,6 @@ def run(options: Namespace) -> int:
     for warning in conversion.warnings:
         warn(warning)
     print(f"{conversion.motion.parent}: tracks.csv, motion.csv, boundary_conditions, overlay.mp4")
+    for line in conversion.closing:
+        print(line)
     return 0

@@ -13,6 +13,7 @@ from scenarios.messages.lines import (
     ending,
     felt_message,
     lips_message,
+    mesh_message,
     muscle_message,
     muscles_message,
     placement_message,
@@ -158,3 +159,21 @@ def test_who_carried_the_package_is_said_of_every_run() -> None:
     assert "1.00 N the upper and 2.00 N the lower" in acting_message({"hand": stated})
     found = {"least": 0.02, "twice": 0.04, "fixed_by": "keeps it clear"}
     assert "Activations found: levator 0.020" in acting_message({"activations": {"levator": found}})
+
+
+def test_a_mesh_that_leaves_a_pressure_open_is_named_with_shorter_edges():
+    about = {
+        "highest_window_upper_lip_kpa": 76.0,
+        "highest_recovered_window_upper_lip_kpa": 55.5,
+        "highest_window_lower_lip_kpa": 44.0,
+        "highest_recovered_window_lower_lip_kpa": 42.0,
+    }
+    told = mesh_message("upper", about, contact_mm=0.4, layer_mm=1.1)
+    assert told is not None
+    assert "upper lip" in told
+    assert "76 or 56 kPa" in told
+    assert "numerics.mesh.layer_mm = 0.25 and contact_mm = 0.25 " in told
+    assert mesh_message("lower", about, contact_mm=0.4, layer_mm=1.1) is None
+    shorter = mesh_message("upper", about, contact_mm=0.08, layer_mm=0.2)
+    assert shorter is not None
+    assert "numerics.mesh.layer_mm = 0.1 before" in shorter

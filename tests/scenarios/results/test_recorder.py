@@ -63,6 +63,11 @@ def test_extremes_only_grow_and_survive_a_checkpoint() -> None:
     assert Extremes.from_array(both.as_array()) == both
 
 
+def test_extremes_of_another_version_are_refused() -> None:
+    with pytest.raises(SolutionError, match="holds 3 extremes, not"):
+        Extremes.from_array(np.zeros(3))
+
+
 def test_passages_survive_a_checkpoint() -> None:
     passages = (
         Passage(1.0, 1.2, Instability(2, (3.0, -4.0), 17, 5.5)),

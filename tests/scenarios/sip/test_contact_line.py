@@ -230,3 +230,21 @@ def test_the_two_highest_edges():
     place = np.cumsum(length).reshape(length.shape)
     line = ContactLine(pressure * length, length, place, np.full((3, 4), -1e-3))
     assert line.top_two_edges() == pytest.approx(0.04)
+
+
+def test_both_windows_of_a_fine_mesh_agree():
+    line = sampled(hertz(0.8), 200, 0.02, 2.0, NODES)
+    assert line.recovered_window() == pytest.approx(line.highest_window(), rel=2e-3)
+
+
+def test_the_recovered_window_of_a_coarse_mesh_holds_the_same_force():
+    line = sampled(hertz(0.8), 10, 0.9, 4.05, NODES)
+    assert line.recovered_window(6.0) == pytest.approx(line.highest_window(6.0), rel=1e-3)
+    assert line.recovered_window() < 0.85 * line.highest_window()
+
+
+def test_nothing_that_presses_has_no_recovered_window():
+    line = sampled(penetrating(np.zeros_like, np.ones_like), 4, 0.3, 0.6, NODES)
+    assert line.recovered_window() == 0.0
+    whole = sampled(hertz(0.2), 1, 0.4, 0.2, NODES)
+    assert whole.recovered_window() == pytest.approx(whole.load.sum() / 0.4)

@@ -1,0 +1,70 @@
+"""What a conversion ends with: every figure that its user asks for, and where to look."""
+
+import numpy as np
+
+from mocap.tracking.tracks import Tracks
+from mocap.views.closing import closing_lines
+
+TIMES = np.arange(50) / 25
+
+REPORT = {
+    "scale": {
+        "head": {"px_per_mm_first": 3.0612, "from_marks_of": "package"},
+        "package": {"px_per_mm_first": 2.9333, "from_marks_of": "package"},
+    },
+    "relative": {
+        "sigma_x_mm_median": 0.021,
+        "sigma_y_mm_median": 0.034,
+        "sigma_theta_deg_median": 0.087,
+    },
+    "drinking": {
+        "phases_s": {"approach": (0.2, 0.88), "contact": (0.88, 1.04)},
+        "style": "pull",
+        "style_reason": "the upper lip meets the liquid",
+    },
+    "warnings": ["one", "two"],
+}
+
+
+def tracks(**unseen: slice) -> Tracks:
+    names = ("ear", "nose", "package_lower", "package_upper")
+    status = np.full((TIMES.size, len(names)), "seen", dtype="<U9")
+    for name, frames in unseen.items():
+        status[frames, names.index(name)] = "predicted"
+    shape = status.shape
+    return Tracks(np.arange(TIMES.size), TIMES, names, np.ones((*shape, 2)), np.ones(shape), status)
+
+
+def test_all_figures_are_told():
+    assert closing_lines(REPORT, tracks()) == [
+        "markers: 4, seen in 100 % of 50 frames",
+        "scale: head 3.06 px/mm (that of package), package 2.93 px/mm",
+        "standard error of the motion, neck seen from the head: 0.02 mm in x, 0.03 mm in y, 0.09°",
+        "phases, s: approach 0.20 to 0.88, contact 0.88 to 1.04",
+        "style: pull (the upper lip meets the liquid)",
+        "look at: overlay.mp4, whether each cross stays on its marker; motion.png, whether it is "
+        "smooth; summary.json for the 2 warnings above",
+    ]
+
+
+def test_a_marker_that_is_not_always_seen_is_named_with_its_longest_dropout():
+    lines = closing_lines(REPORT, tracks(nose=slice(10, 20), ear=slice(0, 5)))
+    assert lines[0] == (
+        "markers: 4, seen in 92.5 % of 50 frames; 2 always, nose in 80 %, ear in 90 %"
+    )
+    assert lines[-1].startswith("look at: overlay.mp4 at 0.40 to 0.76 s, where nose is not seen")
+
+
+def test_no_more_than_three_markers_are_named():
+    hidden = {name: slice(0, n) for n, name in enumerate(tracks().names, start=1)}
+    first = closing_lines(REPORT, tracks(**hidden))[0]
+    assert first.endswith(
+        "0 always, package_upper in 92 %, package_lower in 94 %, nose in 96 % and 1 more"
+    )
+
+
+def test_a_motion_without_a_sip_says_so():
+    report = {**REPORT, "drinking": {**REPORT["drinking"], "phases_s": {}}, "warnings": []}
+    lines = closing_lines(report, tracks())
+    assert lines[3] == "phases, s: none found"
+    assert "warnings" not in lines[-1]
