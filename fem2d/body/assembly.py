@@ -60,10 +60,14 @@ def section_components(
     gradients: Array,
     values: Array,
     radius: Array,
+    start: Array,
     plane: int,
     components: Array,
 ) -> None:
-    """Fill the components (e, q, 5) of F at every integration point; in plane stress F₃₃ is 1."""
+    """Fill the components (e, q, 5) of F at every integration point.
+
+    F₃₃ in plane stress is that of the start, as of :func:`assemble`.
+    """
     elements, points = radius.shape
     for e in range(elements):
         for q in range(points):
@@ -73,6 +77,7 @@ def section_components(
                 gradients[e, q],
                 values[q],
                 radius[e, q],
+                start_of(start, e, q),
                 plane,
                 components[e, q],
             )
@@ -108,12 +113,26 @@ def section_stresses(
 
 
 @compiled
+def start_of(start: Array, e: int, q: int) -> Array:
+    """Return the components (5,) of F at a point of the undeformed body."""
+    there: Array = start[e, q] if start.shape[0] > 1 else start[0, 0]
+    return there
+
+
+@compiled
 def gradient_at(
-    u: Array, nodes: Index, gradients: Array, values: Array, radius: float, plane: int, x: Array
+    u: Array,
+    nodes: Index,
+    gradients: Array,
+    values: Array,
+    radius: float,
+    start: Array,
+    plane: int,
+    x: Array,
 ) -> None:
-    """Fill the components ``x`` (5,) of F at one point: F = I + Σ u_a ⊗ ∇N_a, F₃₃ = 1 + u_r/R."""
-    x[0] = x[3] = x[4] = 1.0
-    x[1] = x[2] = 0.0
+    """Fill the components ``x`` (5,) of F at one point: F = F₀ + Σ u_a ⊗ ∇N_a, likewise u_r/R."""
+    for i in range(5):
+        x[i] = start[i]
     for a in range(nodes.shape[0]):
         ux, uy = u[nodes[a], 0], u[nodes[a], 1]
         gx, gy = gradients[a, 0], gradients[a, 1]
@@ -133,13 +152,15 @@ def mean_dilatation(
     values: Array,
     weights: Array,
     radius: Array,
+    start: Array,
+    e: int,
     plane: int,
     x: Array,
 ) -> tuple[float, float]:
-    """Return the volume of an element and ln of its mean volume ratio (nan if some J ≤ 0)."""
+    """Return the volume of element ``e`` and ln of its mean volume ratio (nan if some J ≤ 0)."""
     volume = excess = 0.0
     for q in range(weights.shape[0]):
-        gradient_at(u, nodes, gradients[q], values[q], radius[q], plane, x)
+        gradient_at(u, nodes, gradients[q], values[q], radius[q], start_of(start, e, q), plane, x)
         J = (x[0] * x[3] - x[1] * x[2]) * x[4]
         if not (J > 0.0 and x[4] > 0.0):
             return volume, math.nan
@@ -156,6 +177,7 @@ def assemble(
     values: Array,
     weights: Array,
     radius: Array,
+    start: Array,
     laws: Array,
     law_of: Index,
     plane: int,
@@ -181,6 +203,8 @@ def assemble(
     connectivity, gradients, values, weights, radius
         (e, a) nodes, (e, q, a, 2) shape gradients, (q, a) shape functions, (e, q) volumes that
         the points stand for (mm³), (e, q) distances from the axis (mm; unused unless axisymmetric).
+    start
+        (e, q, 5) components of F in the undeformed body, or one for all points (1, 1, 5).
     laws, law_of
         (m, k) packed parameters of the laws and (e,) which one each element has.
     plane, mixed, order, psd
@@ -208,7 +232,7 @@ def assemble(
         pressure = volume = second = 0.0
         if mixed:
             volume, v = mean_dilatation(
-                u, nodes, gradients[e], values, weights[e], radius[e], plane, x
+                u, nodes, gradients[e], values, weights[e], radius[e], start, e, plane, x
             )
             if not math.isfinite(v):
                 energy = math.inf
@@ -221,7 +245,7 @@ def assemble(
         admissible = True
         for q in range(points):
             grads, shape = gradients[e, q], values[q]
-            gradient_at(u, nodes, grads, shape, radius[e, q], plane, x)
+            gradient_at(u, nodes, grads, shape, radius[e, q], start_of(start, e, q), plane, x)
             density, admissible = section_response(
                 packed, plane, x, pressure, mixed, order, psd, P, A, block, scratch
             )

@@ -39,6 +39,10 @@ SMALL_BODY = 500
 """Bodies of fewer elements are summed in one loop: a second thread costs more than it saves."""
 
 
+UNSTRETCHED = np.array([[[1.0, 0.0, 0.0, 1.0, 1.0]]])
+"""(1, 1, 5) components of F in a body that is free of stress."""
+
+
 @dataclass(frozen=True, eq=False)
 class Response:
     """Energy, force and stiffness of a body at a displacement.
@@ -112,6 +116,8 @@ class Body:
     """Sparsity pattern of the stiffness."""
     in_halves: bool
     """Whether a large body is summed in two halves, which two threads can share."""
+    prestretch: Array | None
+    """(e, q, 5) components of F of the undeformed body from where it is free of stress, or None."""
 
     def __init__(
         self,
@@ -144,6 +150,7 @@ class Body:
             weights=np.ascontiguousarray(tables.areas * depth),
             pattern=SparsePattern.of(tables.connectivity, len(tables.nodes)),
             in_halves=True,
+            prestretch=None,
         )
 
     def _set(self, **values: object) -> None:
@@ -175,6 +182,30 @@ class Body:
             )
         return self._changed(materials=tuple(materials))
 
+    def with_prestretch(self, prestretch: Array) -> Body:
+        """Return the body under stress where it is: its points are stretched by G (e, q, 5).
+
+        The law then sees ``F G`` in place of F, and strains are those from where the material is
+        free of stress. G has the components of :mod:`fem2d.body.kinematics`; in plane stress its
+        G₃₃ only tells how thick the material was.
+
+        Raises
+        ------
+        BodyError
+            If there is not one G for each point, or one turns the material inside out.
+        """
+        if prestretch.shape != (*self.weights.shape, 5):
+            raise BodyError(
+                f"prestretch of shape {prestretch.shape} for {self.weights.shape} integration "
+                "points: give five components for each"
+            )
+        if not np.all(_determinant(prestretch) > 0):
+            raise BodyError(
+                f"a prestretch has the determinant {_determinant(prestretch).min():g}: it must be "
+                "positive"
+            )
+        return self._changed(prestretch=np.ascontiguousarray(prestretch))
+
     def component(self, nodes: NDArray[np.integer]) -> Body:
         """Return the body made of the elements on some nodes (n,), ascending, and no others.
 
@@ -205,6 +236,7 @@ class Body:
             weights=self.weights[elements],
             pattern=SparsePattern.of(connectivity, len(nodes)),
             in_halves=False,
+            prestretch=None if self.prestretch is None else self.prestretch[elements],
         )
 
     def response(
@@ -233,7 +265,7 @@ class Body:
         """
         components, piola, energy = self._point_responses(u)
         return fields_from(
-            components, piola, energy, self.weights, self.materials, self.material_of,
+            components, piola, energy, self.free_volumes, self.materials, self.material_of,
             mean_dilatation=self.element.mean_dilatation,
         )  # fmt: skip
 
@@ -242,8 +274,8 @@ class Body:
         tables, plane = self.tables, self.plane.value
         components = np.empty((*self.weights.shape, 5))
         section_components(
-            self._displacement(u), tables.connectivity, tables.gradients, tables.values,
-            self._radius, plane, components,
+            self._displacement(u), tables.connectivity, self.free_gradients, tables.values,
+            self.free_radius, self.start, plane, components,
         )  # fmt: skip
         piola, energy = np.zeros_like(components), np.empty(self.weights.shape)
         section_stresses(
@@ -359,10 +391,11 @@ class Body:
             energy = assemble(
                 displacement,
                 self.tables.connectivity,
-                self.tables.gradients,
+                self.free_gradients,
                 self.tables.values,
-                self.weights,
-                self._radius,
+                self.free_volumes,
+                self.free_radius,
+                self.start,
                 self._laws,
                 self.material_of,
                 self.plane.value,
@@ -396,8 +429,30 @@ class Body:
         return tables.points, tables.values, tables.areas * depth
 
     @cached_property
-    def _radius(self) -> Array:
-        return np.ascontiguousarray(self.tables.points[..., 0])
+    def start(self) -> Array:
+        """(e, q, 5) components of F in the undeformed body; (1, 1, 5) if it is free of stress."""
+        return UNSTRETCHED if self.prestretch is None else self.prestretch
+
+    @cached_property
+    def free_gradients(self) -> Array:
+        """(e, q, a, 2) shape gradients where the material is free of stress, Gᵀ ∇N, 1/mm."""
+        if self.prestretch is None:
+            return self.tables.gradients
+        G = self.prestretch[..., :4].reshape(*self.weights.shape, 2, 2)
+        return np.ascontiguousarray(self.tables.gradients @ G)
+
+    @cached_property
+    def free_volumes(self) -> Array:
+        """(e, q) volume that each point stands for where the material is free of stress, mm³."""
+        if self.prestretch is None:
+            return self.weights
+        return np.ascontiguousarray(self.weights / _determinant(self.prestretch))
+
+    @cached_property
+    def free_radius(self) -> Array:
+        """(e, q) distance from the axis, over G₃₃, mm; unused unless axisymmetric."""
+        radius = np.ascontiguousarray(self.tables.points[..., 0])
+        return radius if self.prestretch is None else radius / self.prestretch[..., 4]
 
     @cached_property
     def _laws(self) -> Array:
@@ -418,6 +473,13 @@ class Body:
         node = np.zeros(self.mesh.p.shape[1], np.int64)
         node[self.mesh.t.T] = self.tables.connectivity[:, :corners]
         return node
+
+
+def _determinant(components: Array) -> Array:
+    """Return the determinants (...,) of components (..., 5)."""
+    F11, F12, F21, F22, F33 = np.moveaxis(components, -1, 0)
+    determinant: Array = (F11 * F22 - F12 * F21) * F33
+    return determinant
 
 
 def _chained(first: Index, last: Index) -> Index:

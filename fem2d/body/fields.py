@@ -17,6 +17,8 @@ Index = NDArray[np.int64]
 class Fields:
     """Strains and stresses of a deformed body at its integration points.
 
+    Strains are those from where the material is free of stress, see `Body.with_prestretch`.
+
     Attributes
     ----------
     deformation_gradient

@@ -107,14 +107,16 @@ class ViscousStep:
     @cached_property
     def _quadratic(self) -> tuple[Array, Array]:
         """Force (2n,), N, in the undeformed body and stiffness (nnz,), N/mm, of H."""
-        tables, weights = self.body.tables, self.body.weights
-        in_plane = _tensor(self.held)[..., :2, :2]
-        pull = np.einsum("eq,eqaj,eqij->eai", weights, tables.gradients, in_plane, optimize=True)
-        if self.body.plane is Plane.AXISYMMETRIC:
-            ring = weights * self.held[..., 3] / self._radius
-            pull[..., 0] += np.einsum("eq,qa->ea", ring, tables.values)
-        force = np.zeros_like(self.body.nodes)
-        np.add.at(force, tables.connectivity, pull)
+        body, start = self.body, self.body.start
+        pulled = start[..., :4].reshape(*start.shape[:2], 2, 2) @ _tensor(self.held)[..., :2, :2]
+        pull = np.einsum(
+            "eq,eqaj,eqij->eai", body.free_volumes, body.free_gradients, pulled, optimize=True
+        )
+        if body.plane is Plane.AXISYMMETRIC:
+            ring = body.free_volumes * start[..., 4] * self.held[..., 3] / body.free_radius
+            pull[..., 0] += np.einsum("eq,qa->ea", ring, body.tables.values)
+        force = np.zeros_like(body.nodes)
+        np.add.at(force, body.tables.connectivity, pull)
         return force.ravel(), self._stiffness(self.held)
 
     @cached_property
@@ -125,28 +127,22 @@ class ViscousStep:
 
     def _stiffness(self, stress: Array) -> Array:
         """Return the stiffness (nnz,) of a stress (e, q, 4) that turns with the material, N/mm."""
-        tables, weights, pattern = self.body.tables, self.body.weights, self.body.pattern
+        body, values, pattern = self.body, self.body.tables.values, self.body.pattern
         in_plane = np.einsum(
             "eq,eqai,eqij,eqbj->eab",
-            weights, tables.gradients, _tensor(stress)[..., :2, :2], tables.gradients,
-            optimize=True,
+            body.free_volumes, body.free_gradients, _tensor(stress)[..., :2, :2],
+            body.free_gradients, optimize=True,
         )  # fmt: skip
         along_x = in_plane
-        if self.body.plane is Plane.AXISYMMETRIC:
-            ring = weights * stress[..., 3] / self._radius**2
-            along_x = in_plane + np.einsum(
-                "eq,qa,qb->eab", ring, tables.values, tables.values, optimize=True
-            )
-        con = tables.connectivity
+        if body.plane is Plane.AXISYMMETRIC:
+            ring = body.free_volumes * stress[..., 3] / body.free_radius**2
+            along_x = in_plane + np.einsum("eq,qa,qb->eab", ring, values, values, optimize=True)
+        con = body.tables.connectivity
         first = pattern.node_pairs(con[:, :, None], con[:, None, :])
         data = np.zeros(pattern.nonzeros)
         np.add.at(data, first, along_x)
         np.add.at(data, first + pattern.row_length[con][:, :, None] + 1, in_plane)
         return data
-
-    @property
-    def _radius(self) -> Array:
-        return self.body.tables.points[..., 0]
 
 
 @lru_cache(maxsize=8)

@@ -34,6 +34,8 @@ def tissue_cards(body: Body, *, density: float, beta: float) -> Iterator[str]:
             f"a deck holds quadratic triangles in plane stress or strain, not {body.element.name} "
             f"in plane {body.plane.name.lower()}"
         )
+    if body.prestretch is not None:
+        raise DeckError("the tissue is under stress as it is drawn: a deck starts free of stress")
     kind = "CPS6" if body.plane is Plane.STRESS else "CPE6"
     yield "*NODE, NSET=TISSUE"
     for number, (x, y) in enumerate(body.nodes, start=1):

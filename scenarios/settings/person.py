@@ -123,6 +123,15 @@ class Skin:
         maximum=100.0,
         description="factor on every stress of the dermis",
     )
+    tension_kpa: float = setting(
+        default=0.0,
+        unit="kPa",
+        minimum=0.0,
+        maximum=60.0,
+        description="tension along the skin in the shape as drawn, mean over the dermis; "
+        "7 was estimated at the lip, 53 in the cheek",
+        source="Flynn et al. 2018, 10.1007/978-3-319-59764-5_6",
+    )
     overstress: tuple[float, ...] = setting(
         default=(),
         above=0.0,

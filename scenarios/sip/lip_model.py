@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,7 @@ from scenarios.results.quantities import JAW_HINGE, LIPS
 from scenarios.settings.scenario import Liquid, Muscle, Scenario, ScenarioError, Skin
 from scenarios.sip.jaw import JawCourse
 from scenarios.sip.lip_muscles import lip_muscles
+from scenarios.sip.skin_tension import TenseLips, tense_lips
 from scenarios.sip.tilted_liquid import TiltedLiquid
 
 Array = NDArray[np.float64]
@@ -131,9 +133,34 @@ class Lips:
     jaw: JawCourse | None = None
     present: tuple[str, ...] = LIPS
 
-    @cached_property
+    def with_(self, **changes: Any) -> Lips:
+        """Return the model with some of its attributes changed.
+
+        What is not changed is not meshed anew.
+        """
+        changed = replace(self, **changes)
+        if not changes.keys() & {"scenario", "head", "present"}:
+            for name in ("tense", "_free_body"):
+                if name in self.__dict__:
+                    changed.__dict__[name] = self.__dict__[name]
+        return changed
+
+    @property
     def body(self) -> Body:
-        """The lips, meshed."""
+        """The lips, meshed; under stress as they are drawn if the skin has a tension."""
+        return self._free_body if self.tense is None else self.tense.body
+
+    @cached_property
+    def tense(self) -> TenseLips | None:
+        """What the tension of the skin does to the lips; None without one."""
+        tension_kpa = self.scenario.skin.tension_kpa
+        if not tension_kpa:
+            return None
+        return tense_lips(self._free_body, self.head, self.present, 1e-3 * tension_kpa)
+
+    @cached_property
+    def _free_body(self) -> Body:
+        """The lips, meshed, free of stress."""
         numerics = self.scenario.numerics
         sections = tuple(getattr(self.head, lip) for lip in self.present)
         mesh = section_mesh(sections, numerics.mesh)
@@ -249,9 +276,10 @@ class Lips:
 
     @cached_property
     def loads(self) -> tuple[AppliedForce, ...]:
-        """What acts on the lips: a pull, muscles, liquid."""
+        """What acts on the lips: the skin's tension at its anchors, a pull, muscles, liquid."""
         pulls = () if self.pull is None else (self.load(self.pull),)
-        return (*pulls, *self.muscles, *self.liquid_loads, *self.jaw_loads)
+        anchors = () if self.tense is None else (self.tense.anchors,)
+        return (*anchors, *pulls, *self.muscles, *self.liquid_loads, *self.jaw_loads)
 
     def with_jaw_at(self, time_s: float) -> Lips:
         """Return the model with a jaw that stays where it is at a time, s."""

@@ -173,7 +173,8 @@ class _Trial:
         most_kpa = search.most_kpa if given == "auto" else given
         wanted_mm = self.muscle.clearance_mm if given == "auto" else np.inf
         pull = Pull(self.muscle, most_kpa, direction_deg)
-        model = replace(self.model, loads=(replace(self.lips.load(pull), amplitude=RISE),))
+        pulling = replace(self.lips.load(pull), amplitude=RISE)
+        model = replace(self.model, loads=(*self.model.loads, pulling))
         solver = fastest_solver()
         equilibria = 0
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -108,6 +108,8 @@ class Prepared:
         }
         if self.findings:
             about["warnings"] = [str(finding) for finding in self.findings]
+        if self.lips.tense is not None:
+            about["skin"] = self.lips.tense.about()
         if self.lips.muscles:
             about["muscles"] = about_muscles(self.lips.muscles)
         if self.activations:
@@ -152,21 +154,21 @@ def prepared(
     lips = Lips(scenario, placed.head, scenario.package.section(), jaw=course)
     pull = find_pull(lips, motion, threads=threads, progress=progress)
     if pull is not None:
-        lips = replace(lips, pull=pull.pull)
+        lips = lips.with_(pull=pull.pull)
     progress(0.0, "meshing the lips")
     start_s, end_s = _contact_period(lips.fem_model, motion, scenario.numerics.period)
     liquid = tilted_liquid(scenario, lips.neck, motion, placed.head_angle_rad)
     if liquid is not None:
-        lips = replace(lips, liquid=liquid)
+        lips = lips.with_(liquid=liquid)
     if activations is None:
         # What was seen of the lips was seen with the neck that was filmed.
-        with_filmed = replace(lips, neck=scenario.filmed_package.section())
+        with_filmed = lips.with_(neck=scenario.filmed_package.section())
         activations = find_activations(
             with_filmed, placed.motion, start_s, threads=threads, progress=progress
         )
     if scenario.muscles is not None:
         known = {found.muscle: found.activation for found in activations}
-        lips = replace(lips, activations=scenario.muscles.activations(start_s, known))
+        lips = lips.with_(activations=scenario.muscles.activations(start_s, known))
         instants = [a.time_s[0] for a in lips.activations.values()]
         start_s = min(start_s, *instants) if instants else start_s
     if course is not None:

@@ -338,6 +338,10 @@ def test_what_a_deck_cannot_say_is_refused() -> None:
         deck_of(system(attached_at=RigidPlacement(0.0, (0.0, 0.0))))
     with pytest.raises(DeckError, match="the tissue is viscous"):
         deck_of(replace(system(), prony=PronySeries((0.5,), (1.0,))))
+    model = system()
+    tense = np.broadcast_to([1.1, 0.0, 0.0, 1.0, 1.0], (*model.body.weights.shape, 5))
+    with pytest.raises(DeckError, match="under stress as it is drawn"):
+        deck_of(replace(model, body=model.body.with_prestretch(tense)))
     body = Body(distorted("Q8"), SOFT, plane=Plane.STRAIN, element="Q8")
     with pytest.raises(DeckError, match="not Q8"):
         deck_of(Model(body))
