@@ -47,6 +47,7 @@ FLOORS = (
     "scenarios.settings",
     "scenarios.results",
     "scenarios.messages",
+    "scenarios.placing",
     "scenarios.sip",
     "scenarios.views",
     "scenarios.views.page",

@@ -17,13 +17,13 @@ from geometry2d.anatomy.anthropometry import HeadMeasurements
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.curves import at_arc_lengths, nearest_arc_length
 from mocap.motion.motion import Motion
+from scenarios.placing.lip_skin import LipSkin
+from scenarios.placing.placement import place
+from scenarios.placing.recorded_motion import recorded_motion
+from scenarios.placing.shift import UNKNOWNS, Shift, with_lower_face_moved
 from scenarios.settings.person import Head
 from scenarios.settings.scenario import Scenario
 from scenarios.sip.clearance import Approach
-from scenarios.sip.lip_model import LipSkin
-from scenarios.sip.placement import place
-from scenarios.sip.recorded_motion import recorded_motion
-from scenarios.sip.shift import UNKNOWNS, Shift, with_lower_face_moved
 
 Array = NDArray[np.float64]
 

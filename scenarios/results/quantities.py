@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 LIPS = ("upper", "lower")
-IN_NECK_FRAME = ("upper_wall", "lower_wall", "package")
+WALLS = ("upper_wall", "lower_wall")
+"""The outlines of a neck that lips touch."""
+IN_NECK_FRAME = (*WALLS, "package")
 """The outlines of a model that move with the neck."""
 WITH_JAW = ("lower_tooth", "lower_jaw")
 """Those that go with the lower jaw."""

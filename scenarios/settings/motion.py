@@ -46,7 +46,7 @@ class Placement:
     """Where neck and lower face are put in the head section, beyond what the recording says.
 
     Axes are those of the head in its natural position: x forward, y up. What is "auto" is found
-    from [first_contact] (:mod:`scenarios.sip.placement`).
+    from [first_contact] (:mod:`scenarios.placing.placement`).
     """
 
     shift_x_mm: float | Literal["auto"] = setting(

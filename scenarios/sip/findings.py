@@ -20,8 +20,8 @@ from geometry2d.crests import crests_behind_marks
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
+from scenarios.results.quantities import WALLS
 from scenarios.sip.clearance import Approach
-from scenarios.sip.lip_model import WALLS
 
 Array = NDArray[np.float64]
 

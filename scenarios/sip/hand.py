@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from fem2d.solvers.hand import Borne, Hand
 from geometry2d.rigid import rotated
-from scenarios.results.quantities import LIPS
+from scenarios.results.quantities import LIPS, WALLS
 from scenarios.results.solution import Solution
 from scenarios.settings.hand import HandSettings
 from scenarios.settings.scenario import Scenario, ScenarioError
-from scenarios.sip.lip_model import WALLS
 
 Array = NDArray[np.float64]
 

@@ -24,6 +24,9 @@ from geometry2d.foundation.progress import Progress, Warn, no_progress, silent
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from mocap.tracking.marker_file import read_markers
 from scenarios.messages import lines
+from scenarios.placing.carrying import CarriedNeck, carried
+from scenarios.placing.placement import Placed, place
+from scenarios.placing.recorded_motion import recorded_motion
 from scenarios.results.increment import Increment, SectionModel
 from scenarios.results.quantities import LIPS
 from scenarios.results.recorder import Recorder, restored
@@ -32,7 +35,6 @@ from scenarios.settings.inputs import check_inputs
 from scenarios.settings.scenario import Scenario, ScenarioError
 from scenarios.settings.searches import Period
 from scenarios.sip.activation import FoundActivation, find_activations
-from scenarios.sip.carrying import CarriedNeck, carried
 from scenarios.sip.clearance import Approach
 from scenarios.sip.findings import Finding, Severity, findings_of, jaw_findings, neck_findings
 from scenarios.sip.hand import about_hand, chosen_hand
@@ -40,9 +42,7 @@ from scenarios.sip.jaw import JawCourse
 from scenarios.sip.lip_model import Lips
 from scenarios.sip.lip_muscles import about_muscles
 from scenarios.sip.measures import LipMeasures
-from scenarios.sip.placement import Placed, place
 from scenarios.sip.pull import PullResult, find_pull
-from scenarios.sip.recorded_motion import recorded_motion
 from scenarios.sip.tilted_liquid import tilted_liquid
 
 

@@ -9,9 +9,9 @@ from geometry2d.anatomy.head import head_section
 from geometry2d.drawings.drawn_head import HeadDrawing
 from geometry2d.rigid import rotated
 from scenarios.cli.main import main
+from scenarios.placing.recorded_motion import recorded_motion
 from scenarios.results.solution import Solution
 from scenarios.settings.scenario import load_scenario
-from scenarios.sip.recorded_motion import recorded_motion
 
 pytestmark = pytest.mark.slow
 UNTIL_S = "1.5"

@@ -13,10 +13,10 @@ from scenarios.campaign.meeting import Meeting
 from scenarios.campaign.plan import FILMED, planned
 from scenarios.campaign.settings import read_study
 from scenarios.campaign.sip import scenario_in
+from scenarios.placing.lip_skin import LipSkin
+from scenarios.placing.placement import place
+from scenarios.placing.recorded_motion import recorded_motion
 from scenarios.settings.scenario import load_scenario
-from scenarios.sip.lip_model import LipSkin
-from scenarios.sip.placement import place
-from scenarios.sip.recorded_motion import recorded_motion
 from tests.support.approach import write_base
 
 HEAD = 'base = "base.toml"\n[meeting]\nhand = "recorded"\n'

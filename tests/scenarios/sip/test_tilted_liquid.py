@@ -10,8 +10,9 @@ import pytest
 from fem2d.loads.liquid import weight_mpa_per_mm
 from geometry2d.container import carton
 from geometry2d.rigid import RigidMotion
+from scenarios.placing.lip_skin import LipSkin
 from scenarios.settings.scenario import LIBRARY, Scenario, ScenarioError, load_scenario
-from scenarios.sip.lip_model import Lips, LipSkin
+from scenarios.sip.lip_model import Lips
 from scenarios.sip.tilted_liquid import TiltedLiquid, tilted_liquid
 
 HEAD_ANGLE_RAD = 0.1

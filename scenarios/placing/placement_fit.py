@@ -28,12 +28,12 @@ from scipy.optimize import least_squares
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidPlacement
-from scenarios.results.quantities import LIPS
+from scenarios.placing.lip_skin import LipSkin
+from scenarios.placing.recorded_motion import RecordedMotion
+from scenarios.placing.shift import Shift
+from scenarios.results.quantities import LIPS, WALLS
 from scenarios.settings.scenario import FirstContact, Placement, ScenarioError
 from scenarios.settings.searches import ShiftSearch
-from scenarios.sip.lip_model import WALLS, LipSkin
-from scenarios.sip.recorded_motion import RecordedMotion
-from scenarios.sip.shift import Shift
 
 Array = NDArray[np.float64]
 

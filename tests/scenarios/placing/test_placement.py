@@ -13,13 +13,13 @@ from geometry2d.anatomy.head import head_section
 from geometry2d.rigid import rotated
 from mocap.motion.motion import MarkedBody, Motion
 from scenarios.messages.lines import placement_message
+from scenarios.placing.placement import Placed, place
+from scenarios.placing.recorded_motion import RecordedMotion, recorded_motion
+from scenarios.placing.shift import UNKNOWNS, Shift, with_lower_face_moved
 from scenarios.recordings.script import script_of
 from scenarios.results.quantities import LIPS
 from scenarios.settings.scenario import LIBRARY, FirstContact, ScenarioError, load_scenario
 from scenarios.settings.tables import SettingError
-from scenarios.sip.placement import Placed, place
-from scenarios.sip.recorded_motion import RecordedMotion, recorded_motion
-from scenarios.sip.shift import UNKNOWNS, Shift, with_lower_face_moved
 
 NO_SHIFT = Shift()
 

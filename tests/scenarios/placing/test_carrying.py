@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from geometry2d.neck import A38_NECK, DC_NECK, neck_section
 from geometry2d.rigid import RigidMotion
-from scenarios.sip.carrying import anchor_point, carried
+from scenarios.placing.carrying import anchor_point, carried
 
 TIMES = np.linspace(0.0, 2.0, 41)
 MOTION = RigidMotion(

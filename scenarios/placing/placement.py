@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from geometry2d.anatomy.head import HeadSection
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion
+from scenarios.placing.placement_fit import PlacementFit, smallest_shift
+from scenarios.placing.recorded_motion import RecordedMotion
+from scenarios.placing.shift import UNKNOWNS, Shift, with_lower_face_moved
 from scenarios.settings.scenario import Scenario
-from scenarios.sip.placement_fit import PlacementFit, smallest_shift
-from scenarios.sip.recorded_motion import RecordedMotion
-from scenarios.sip.shift import UNKNOWNS, Shift, with_lower_face_moved
 
 Array = NDArray[np.float64]
 
