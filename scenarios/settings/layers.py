@@ -6,7 +6,8 @@ of a key of an earlier layer:
 * the same key of a later layer replaces it;
 * a later layer that names a preset (a library neck, a resolution) or a drawing replaces all that
   those stand for, so that ``--set package.neck=DC`` changes a file that has every measurement;
-* ``false`` in place of a table that may be absent removes it.
+* ``false`` in place of a table that may be absent removes it;
+* a number removes the table that may stand in its place.
 
 A key beside another that makes it ineffective, in its own layer or an earlier one, is an error.
 """
@@ -72,12 +73,15 @@ class Shape:
         By path of a key that names a preset: the keys that the preset gives values.
     drawings
         By path of a key that replaces others: those others.
+    tabled
+        By path of a key that may be a table instead of a number: that table.
     """
 
     keys: Mapping[str, Key]
     tables: Mapping[str, SubTable]
     presets: Mapping[str, frozenset[str]]
     drawings: Mapping[str, frozenset[str]]
+    tabled: Mapping[str, str]
 
     @classmethod
     def of(cls, kind: type[object]) -> Shape:
@@ -100,7 +104,12 @@ class Shape:
             if "replaces" in metadata:
                 replaced = frozenset(joined(where, name) for name in metadata["replaces"])
                 drawings[joined(where, part.field.name)] = replaced
-        return cls(keys, tables, presets, drawings)
+        tabled = {
+            joined(where, part.field.metadata["tables"]): joined(where, part.field.name)
+            for where, part in parts
+            if "tables" in part.field.metadata
+        }
+        return cls(keys, tables, presets, drawings, tabled)
 
 
 def laid_over(shape: Shape, layers: Sequence[SettingsLayer]) -> dict[str, Given]:
@@ -203,11 +212,19 @@ def _flattened(shape: Shape, layer: SettingsLayer) -> tuple[dict[str, Value], li
     def visit(where: str, document: Mapping[str, Value]) -> None:
         for name, value in document.items():
             path = joined(where, name)
-            if path in shape.keys:
+            table = shape.tabled.get(path)
+            beside = table is not None and table.rpartition(".")[2] in document
+            if table is not None and isinstance(value, Mapping):
+                if beside:
+                    raise SettingError(f"{path} and {table} are the same table: give one of them")
+                visit(table, value)
+            elif path in shape.keys:
                 if value is None:
                     reset.append(path)
                 else:
                     values[path] = _checked(shape.keys[path], value, layer.folder)
+                    if table is not None and not beside:
+                        reset.append(table)
             elif path in shape.tables and not shape.tables[path].inline:
                 if value is None or (value is False and shape.tables[path].optional):
                     reset.append(path)

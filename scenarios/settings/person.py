@@ -76,7 +76,10 @@ class Head:
         default=HeadMeasurements(), inline=True, description="measurements of the head"
     )
     jaw: Jaw | None = setting(
-        default=None, description="a jaw that turns, in place of jaw_opening_deg"
+        default=None,
+        tables="jaw_opening_deg",
+        description="a jaw that turns, in place of a number for jaw_opening_deg; "
+        "[head.jaw_opening_deg] means the same",
     )
 
     def __post_init__(self) -> None:

@@ -10,7 +10,7 @@ from fem2d.loads.driven import DrivenAnchor, DrivenOutline
 from fem2d.loads.load import Load
 from fem2d.solvers.static import solve_static
 from scenarios.settings.person import Jaw
-from scenarios.settings.scenario import load_scenario
+from scenarios.settings.scenario import load_scenario, resolved_toml
 from scenarios.settings.tables import SettingError
 from scenarios.sip.jaw import JawCourse
 from scenarios.sip.lip_model import Lips, without_neck
@@ -96,14 +96,31 @@ def test_forces_of_a_turning_jaw_are_derivatives():
             assert np.allclose(first_order, exact, rtol=0.0, atol=1e-3 * np.abs(exact).max())
 
 
-def test_a_jaw_that_stays_changes_nothing():
-    stays = lips_of("head.jaw.time_s=[0.0, 1.0]", "head.jaw.opening_deg=[7.0, 7.0]")
+@pytest.mark.parametrize("key", ["head.jaw", "head.jaw_opening_deg"])
+def test_a_jaw_that_stays_changes_nothing(key):
+    stays = lips_of(f"{key}.time_s=[0.0, 1.0]", f"{key}.opening_deg=[7.0, 7.0]")
     plain = lips_of()
     assert stays.jaw is None
     assert stays.jaw_loads == ()
     assert np.array_equal(stays.body.nodes, plain.body.nodes)
     names = [[c.name for c in lips.fem_model.contacts] for lips in (stays, plain)]
     assert names[0] == names[1]
+
+
+def test_the_opening_is_a_number_or_a_table_against_time(tmp_path):
+    table = "{time_s = [0.0, 1.0], opening_deg = [7.0, 12.0]}"
+    for number, opening in enumerate(("9.0", table)):
+        file = tmp_path / f"{number}.toml"
+        file.write_text(f'base = "A38-F"\n[head]\njaw_opening_deg = {opening}\n')
+    number, turning = (load_scenario(tmp_path / f"{k}.toml").head for k in (0, 1))
+    assert number.jaw is None and number.measurements.jaw_opening_deg == 9.0
+    assert turning.jaw == Jaw((0.0, 1.0), (7.0, 12.0)) == load_scenario("A38-F", TURNING).head.jaw
+    # What is said later holds, whichever of the two it is; and what is written reads back.
+    assert load_scenario(tmp_path / "1.toml", ["head.jaw_opening_deg=9.0"]).head == number
+    later = load_scenario(tmp_path / "0.toml", TURNING)
+    assert later.head == turning
+    file.write_text(resolved_toml(later))
+    assert load_scenario(file).head == turning
 
 
 def test_teeth_of_a_turning_jaw_touch_without_friction():
@@ -125,6 +142,7 @@ def test_teeth_of_a_turning_jaw_touch_without_friction():
         (["head.jaw.time_s=[1.0, 1.0]", "head.jaw.opening_deg=[7.0, 8.0]"], "later than the one"),
         ([*TURNING, "head.jaw_opening_deg=9.0"], r"no effect, as \[head.jaw\] tells it"),
         ([*TURNING[:1], "head.jaw.opening_deg=[7.0, 40.0]"], "opening_deg"),
+        ([*TURNING, "head.jaw_opening_deg.time_s=[0.0]"], "head.jaw are the same table"),
     ],
 )
 def test_contradictions_are_refused(settings, message):
