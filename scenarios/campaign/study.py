@@ -18,8 +18,9 @@ from geometry2d.foundation.output import file_at_once
 from geometry2d.foundation.progress import Progress, part_of
 from scenarios.campaign.cases import Case
 from scenarios.campaign.engine import Engine
+from scenarios.campaign.films import FilmedSip
 from scenarios.campaign.measures import HEADLINE
-from scenarios.campaign.plan import RUNS, FilmedSip, Plan, planned
+from scenarios.campaign.plan import RUNS, Plan, planned
 from scenarios.campaign.settings import LimitSettings, StudySettings
 from scenarios.campaign.sip import LOST, SipRow, SipTask, solved_sip
 from scenarios.campaign.table import CSV_FILE, PARQUET_FILE, Row, write_csv, write_parquet

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,9 @@ from geometry2d.foundation.output import file_at_once
 from geometry2d.foundation.progress import ProgressOption, chosen_progress, no_progress
 from geometry2d.neck import neck_section
 from scenarios.campaign.engine import Engine, opened_engine
-from scenarios.campaign.plan import planned
+from scenarios.campaign.necks import NamedNeck
+from scenarios.campaign.panel import Panel, panel_of
+from scenarios.campaign.plan import plan_for
 from scenarios.campaign.sip import WHOLE, solved_sip
 from scenarios.campaign.study import Solver, carried_out, study_directory
 from scenarios.campaign.table import Row, check_tables, write_csv
@@ -115,9 +117,10 @@ def optimise(
         ) as engine,
     ):
         _keep_settings(wanted, folder)
+        panel = panel_of(wanted.study, folder, no_progress)
 
         def evaluate(values: Values) -> TrialResult:
-            return _evaluated(wanted, values, folder, engine, solver)
+            return _evaluated(wanted, values, panel, engine, solver)
 
         def after(trial: Trial) -> None:
             share = trial.number / wanted.search.trials
@@ -166,20 +169,19 @@ def rounded(values: Values) -> dict[str, float]:
 
 
 def _evaluated(
-    wanted: OptimumSettings, values: Values, folder: Path, engine: Engine, solver: Solver
+    wanted: OptimumSettings, values: Values, panel: Panel, engine: Engine, solver: Solver
 ) -> TrialResult:
     """Let the panel drink from the neck of some values."""
     tried = rounded(values)
     measurements = wanted.measurements(tried)
     try:
         neck_section(measurements)
-        study = replace(wanted.study, necks=({"name": "tried", **package_of(wanted, tried)},))
-        plan = planned(study, folder, no_progress)
+        plan = plan_for(panel, [NamedNeck("tried", package_of(wanted, tried))])
     except ImpossibleError:
         raise
     except ValueError as error:
         raise ImpossibleError(str(error)) from error
-    result = carried_out(plan, folder, engine, solver=solver, progress=no_progress)
+    result = carried_out(plan, panel.out, engine, solver=solver, progress=no_progress)
     whole = [row for row in result.rows if row["status"] == WHOLE]
     if len(whole) < LEAST_WHOLE * len(result.rows):
         reason = next(row["reason"] for row in result.rows if row["status"] != WHOLE)

@@ -1,8 +1,12 @@
-"""What a run's recording leaves open: histories of sampled motions, kept beside the run."""
+"""What a run's recording leaves open: histories of sampled motions, beside the run or in a study.
+
+A study's directory holds ``results.csv``, and the run of a sip in ``runs/…/run``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import csv
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +21,11 @@ Array = NDArray[np.float64]
 DOUBT_FOLDER = "doubt"
 """Folder of a run directory with a study of the same sip with sampled motions."""
 
+STUDY_TABLE, DRAW, FIRST_RESULT = "results.csv", "draw", "status"
+"""The table of a study, its column of draws, and the first column of what came out."""
+
+_IN_A_RUN = f"run/{HISTORY_FILE}"
+
 SHARE = 0.9
 """Of the samples that a band holds."""
 
@@ -29,10 +38,13 @@ class Doubt:
 
     @classmethod
     def of(cls, run: Path | None) -> Doubt | None:
-        """Return what is beside a run; None if there is nothing."""
+        """Return what is beside a run, or in the study that it is part of; None if nothing is.
+
+        In a study those are the same sip's with other draws of the doubt, its own among them.
+        """
         if run is None:
             return None
-        files = sorted((run / DOUBT_FOLDER).glob(f"runs/*/{HISTORY_FILE}"))
+        files = sorted((run / DOUBT_FOLDER).glob(f"runs/*/{HISTORY_FILE}")) or _other_draws(run)
         return cls(tuple(read_history(file) for file in files)) if files else None
 
     @property
@@ -76,3 +88,29 @@ class Doubt:
         peaks = [float(history[name].max()) for history in self.histories]
         low, high = np.quantile(peaks, self._tail)
         return float(low), float(high)
+
+
+def _other_draws(run: Path) -> list[Path]:
+    """Return histories of the sips of a study that differ from a run's in their draw alone."""
+    sip = run.resolve().parent
+    study = sip.parent.parent
+    table = study / STUDY_TABLE
+    if not table.is_file():
+        return []
+    with table.open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    if not rows or DRAW not in rows[0]:
+        return []
+    choices = [name for name in _choices(list(rows[0])) if name != DRAW]
+    mine = next((row for row in rows if study / row["run"] == sip), None)
+    if mine is None:
+        return []
+    same = [row for row in rows if all(row[name] == mine[name] for name in choices)]
+    there = (study / row["run"] / place for row in same for place in (HISTORY_FILE, _IN_A_RUN))
+    found = sorted(file for file in there if file.is_file())
+    return found if len(found) > 1 else []
+
+
+def _choices(columns: Sequence[str]) -> Sequence[str]:
+    """Return the columns of a study's table that say which sip a row is."""
+    return columns[: columns.index(FIRST_RESULT)] if FIRST_RESULT in columns else columns

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from scenarios.results.quantities import HISTORY, LIPS
+from scenarios.views.page.histories import doubt_in_words
 from scenarios.views.page.hypertext import Markup, joined, tag
 from scenarios.views.page.moving import shown_fields
 from scenarios.views.page.reported import Reported
@@ -67,6 +68,7 @@ def explorer(runs: Sequence[Reported]) -> Markup:
             "div",
             tag("ul", class_="key lines-of-runs", aria_label="Lines of the curves"),
             tag("p", DIFFERENCE, class_="help difference-said"),
+            *([tag("p", said, class_="help")] if (said := doubt_in_words(runs)) else []),
             class_="lines",
         ),
         tag("div", *charts[:OPEN_CHARTS], class_="charts"),

@@ -63,7 +63,7 @@ def histories(runs: Sequence[Reported]) -> Markup:
         folded(
             "The histories as pictures",
             tag("p", about),
-            *([tag("p", said)] if (said := _doubt(runs)) else []),
+            *([tag("p", said)] if (said := doubt_in_words(runs)) else []),
             _key(runs) if len(runs) > 1 else Markup(),
             tag("div", *pictures, class_="curves"),
         ),
@@ -71,7 +71,7 @@ def histories(runs: Sequence[Reported]) -> Markup:
     )
 
 
-def _doubt(runs: Sequence[Reported]) -> str:
+def doubt_in_words(runs: Sequence[Reported]) -> str:
     """Return what the bands of the figures are; empty if there are none."""
     known = [run for run in runs if run.doubt is not None]
     if not known:

@@ -56,6 +56,7 @@ FILM_PX = (360, 300)
 FILM_STEP_S = 0.08
 FILM_QUALITY = 70
 NOT_SHOWN = ("newton_iterations", "cutbacks")
+TIMES = ("time_s", "relative_time")
 
 
 def moving_page(runs: Sequence[Reported]) -> dict[str, Any]:
@@ -95,6 +96,7 @@ def _run(run: Reported) -> dict[str, Any]:
             for quantity in HISTORY
             if quantity.name not in NOT_SHOWN
         },
+        "bands": _bands(run),
         "thickness_mm": solution.scenario.numerics.thickness_mm,
         **_section(model),
         **_states(solution, kept),
@@ -110,6 +112,14 @@ def _run(run: Reported) -> dict[str, Any]:
         "window": _window(solution),
         "film": _film(run.run_view),
         "film_title": run.run_view.recording_title,
+    }
+
+
+def _bands(run: Reported) -> dict[str, list[list[float]]]:
+    """Return between which values the recording leaves each history, where that is known."""
+    bands = {q.name: run.band(q.name) for q in HISTORY if q.name not in (*NOT_SHOWN, *TIMES)}
+    return {
+        name: [_numbers(end) for end in band] for name, band in bands.items() if band is not None
     }
 
 

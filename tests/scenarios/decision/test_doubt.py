@@ -1,5 +1,7 @@
 """What a recording leaves open, from its standard errors to the bands of a report."""
 
+import json
+import re
 import shutil
 from pathlib import Path
 
@@ -70,13 +72,17 @@ def write_samples(run, values):
     for number, value in enumerate(values):
         folder = run / "doubt" / "runs" / f"{number:03d}"
         folder.mkdir(parents=True)
-        rows = [
-            dict.fromkeys((quantity.name for quantity in HISTORY), value * (share == 0.5))
-            | {"time_s": share, "relative_time": share}
-            for share in (0.0, 0.5, 1.0)
-        ]
-        with (folder / "history.csv").open("w", newline="") as stream:
-            write_history(stream, rows)
+        write_history_of(folder, value)
+
+
+def write_history_of(folder, value):
+    rows = [
+        dict.fromkeys((quantity.name for quantity in HISTORY), value * (share == 0.5))
+        | {"time_s": share, "relative_time": share}
+        for share in (0.0, 0.5, 1.0)
+    ]
+    with (folder / "history.csv").open("w", newline="") as stream:
+        write_history(stream, rows)
 
 
 def test_a_band_holds_ninety_percent_of_the_samples(tmp_path):
@@ -90,6 +96,25 @@ def test_a_band_holds_ninety_percent_of_the_samples(tmp_path):
     low, high = doubt.band_of_force("x", np.array([0.5]))
     assert (low[0], high[0]) == pytest.approx((10.0, 190.0))
     assert "upper lip 5 to 95 kPa" in doubt_message(tmp_path)
+
+
+def test_a_run_of_a_study_has_the_doubt_of_its_other_draws(tmp_path):
+    """Same neck, same person: other draws. Another neck's, and one without a history, are not."""
+    sips = [("A38", 1, 10.0), ("A38", 2, 30.0), ("A38", 3, None), ("DC", 1, 90.0)]
+    lines = ["neck,person,draw,status,reason,run,seconds"]
+    for number, (neck, draw, value) in enumerate(sips):
+        lines.append(f"{neck},woman 1,{draw},whole,,runs/{number:03d},1.0")
+        if value is not None:
+            place = tmp_path / "runs" / f"{number:03d}" / ("run" if neck == "A38" else "")
+            place.mkdir(parents=True)
+            write_history_of(place, value)
+    (tmp_path / "results.csv").write_text("\n".join([*lines, ""]))
+    doubt = Doubt.of(tmp_path / "runs" / "001" / "run")
+    assert doubt.count == 2
+    assert doubt.peak("upper_lip_window_kpa") == pytest.approx((11.0, 29.0))
+    assert Doubt.of(tmp_path / "runs" / "003") is None
+    (tmp_path / "results.csv").write_text("\n".join(lines).replace("draw", "sample"))
+    assert Doubt.of(tmp_path / "runs" / "001" / "run") is None
 
 
 def test_without_samples_there_is_no_doubt(tmp_path):
@@ -109,6 +134,11 @@ def test_a_report_shows_the_bands_of_the_run_that_has_them(run_directory, tmp_pa
     assert "Bands hold 90 % of what comes out" in banded.read_text(encoding="utf-8")
     assert "Bands hold" not in plain.read_text(encoding="utf-8")
     assert "21 for made up" in banded.read_text(encoding="utf-8")
+    held = re.search(r'"bands":(\{.*?\]\]\})', banded.read_text(encoding="utf-8"))
+    assert held is not None
+    low, high = json.loads(held[1])["upper_lip_window_kpa"]
+    assert max(low) == pytest.approx(42.0)
+    assert max(high) == pytest.approx(78.0)
 
 
 def test_a_band_of_one_sample_is_refused(run_directory):

@@ -8,6 +8,7 @@ import pytest
 from geometry2d.drawings.drawn_neck import drawn_neck
 from geometry2d.foundation.errors import DrinksimError
 from scenarios.campaign.measures import HEADLINE, MEASURES
+from scenarios.campaign.meeting import Meeting
 from scenarios.campaign.sip import STOPPED, WHOLE, SipRow, scenario_in
 from scenarios.optimum.optimise import optimise, optimum_message
 from scenarios.optimum.settings import read_optimum
@@ -67,6 +68,16 @@ def test_the_best_neck_is_a_drawing_and_a_scenario(file, tmp_path):
     assert len(rows) == 10
     assert [row["best"] for row in rows].count("True") == 1
     assert HEADLINE in optimum_message(found)
+
+
+@pytest.mark.slow
+def test_the_panel_is_made_once_for_all_necks(file, tmp_path, monkeypatch):
+    met = []
+    placed = Meeting.met_by
+    monkeypatch.setattr(Meeting, "met_by", lambda self, who: met.append(who) or placed(self, who))
+    found = optimise(file, tmp_path / "out", solver=formula)
+    assert len(found.trials) == 10
+    assert len(met) == 2
 
 
 @pytest.mark.slow

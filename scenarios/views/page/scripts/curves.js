@@ -42,12 +42,12 @@ export class HistoryChart {
         height: HEIGHT,
         legend: { show: false },
         cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
-        scales: { x: { time: false } },
+        scales: { x: { time: false }, y: { range: (_, low, high) => this.range(low, high) } },
         axes: [...this.timeAxes(runs, styles), axis(this.unit(), { size: 52 })],
         series: [{}, ...series],
         hooks: {
           setCursor: [(plot) => this.hover(plot)],
-          drawClear: [(plot) => this.difference(plot)],
+          drawClear: [(plot) => this.difference(plot), (plot) => this.doubt(plot, styles)],
           draw: [(plot) => this.threshold(plot)],
           init: [(plot) => this.listen(plot)],
           ready: [() => this.frames && this.move(this.frames)],
@@ -127,6 +127,40 @@ export class HistoryChart {
     });
     if (values.length > 1) parts.push(`difference ${written(values[1] - values[0], decimals)}`);
     this.values.textContent = parts.join(" · ");
+  }
+
+  /** The bands of what recordings leave open, of the runs that have them: [number, low, high]. */
+  bands() {
+    return this.runs.flatMap((run, i) => {
+      const band = run.data.bands[this.name];
+      return band ? [[i, ...band]] : [];
+    });
+  }
+
+  range(low, high) {
+    const ends = this.bands().flatMap(([, lows, highs]) => [Math.min(...lows), Math.max(...highs)]);
+    return uPlot.rangeNum(Math.min(low, ...ends), Math.max(high, ...ends), 0.1, true);
+  }
+
+  /** Fills the band of each run. */
+  doubt(plot, styles) {
+    const { ctx, bbox } = plot;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    ctx.globalAlpha = 0.22;
+    for (const [i, lows, highs] of this.bands()) {
+      const xs = this.xs[i].map((x) => plot.valToPos(x, "x", true));
+      ctx.beginPath();
+      lows.forEach((low, k) => ctx.lineTo(xs[k], plot.valToPos(low, "y", true)));
+      for (let k = highs.length - 1; k >= 0; k--) {
+        ctx.lineTo(xs[k], plot.valToPos(highs[k], "y", true));
+      }
+      ctx.fillStyle = styles[i].colour;
+      ctx.fill();
+    }
+    ctx.restore();
   }
 
   /** Fills between the two curves: red where the second lies above the first, blue below. */
