@@ -8,7 +8,6 @@ import numpy as np
 
 from geometry2d.anatomy.population import Person
 from geometry2d.views.draw import draw_section
-from scenarios.decision.comparison import PairedDifference
 from scenarios.decision.indices import Effect, SobolIndices
 from scenarios.views.page.embedded import Embedded
 from scenarios.views.page.figures import TEXT, line_style, new_figure, quieten, svg
@@ -23,38 +22,6 @@ SHOWN_MM = (-16.0, 26.0, -34.0, 34.0)
 
 ROW_INCHES = 0.27
 BAND = "#d5dee4"
-
-
-def differences_figure(pair: PairedDifference, label: str) -> Embedded:
-    """Return the difference of every unit, sorted, with the mean and its interval.
-
-    Parameters
-    ----------
-    pair
-        The differences.
-    label
-        Of the axis: what differs, with its unit.
-    """
-    order = np.argsort(pair.differences, kind="stable")
-    figure = new_figure((6.4, 1.1 + ROW_INCHES * pair.count))
-    axes = figure.subplots()
-    low, high = pair.interval
-    if np.isfinite(low) and np.isfinite(high):
-        axes.axvspan(low, high, color=BAND, lw=0)
-    axes.axvline(0.0, color=QUIET, lw=1.0)
-    axes.axvline(pair.mean, color=INK, lw=1.6)
-    colours = [line_style(0 if value < 0 else 1)[0] for value in pair.differences[order]]
-    axes.scatter(pair.differences[order], np.arange(pair.count), s=34, c=colours, zorder=3)
-    axes.set_yticks(np.arange(pair.count), [pair.units[k] for k in order])
-    axes.set_ylim(-0.7, pair.count - 0.3)
-    axes.set_xlabel(f"{pair.first} less {pair.second}: {label}", color=INK, size=TEXT)
-    axes.grid(axis="x", color="#e4e1db", lw=0.8)
-    quieten(axes)
-    return svg(
-        figure,
-        f"Difference of {pair.first} less {pair.second} for each of {pair.count}: {label}; mean "
-        f"{pair.mean:.1f}",
-    )
 
 
 def effects_figure(effects: Sequence[Effect], label: str) -> Embedded:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from geometry2d.drawings.neck_file import write_neck
 from geometry2d.foundation.output import file_at_once
 from geometry2d.foundation.progress import ProgressOption, chosen_progress, no_progress
 from geometry2d.neck import neck_section
@@ -21,10 +19,10 @@ from scenarios.campaign.panel import Panel, panel_of
 from scenarios.campaign.plan import plan_for
 from scenarios.campaign.sip import WHOLE, solved_sip
 from scenarios.campaign.study import Solver, carried_out, study_directory
-from scenarios.campaign.table import Row, check_tables, write_csv
+from scenarios.campaign.table import Row, check_tables
 from scenarios.campaign.variation import StudyError
-from scenarios.decision.messages import is_lower_gentler, meaning
-from scenarios.optimum.figures import search_figure
+from scenarios.optimum.files import write_optimum
+from scenarios.optimum.found import Optimum, package_of, rounded, sign_of
 from scenarios.optimum.search import (
     JOURNAL_FILE,
     ImpossibleError,
@@ -36,46 +34,16 @@ from scenarios.optimum.search import (
     searched,
 )
 from scenarios.optimum.settings import (
-    CLOSURES,
     OptimumSettings,
     optimum_from,
     read_optimum,
 )
 from scenarios.results.quantities import LIPS
-from scenarios.settings.writing import toml_value
 
-TRIALS_FILE = "trials.csv"
-PICTURE_FILE = "search.svg"
-BEST = "best"
 SETTINGS_RECORD = "optimum.json"
 
 LEAST_WHOLE = 0.75
 """Share of the people whose sip has to be replayed to its end for a neck to count."""
-
-DIGITS = 4
-"""Significant digits of a proposed measurement; a micrometre is more than a mould keeps."""
-
-
-@dataclass(frozen=True)
-class Optimum:
-    """What a search found.
-
-    Attributes
-    ----------
-    settings
-        Of the optimisation.
-    trials
-        All that were tried.
-    best
-        Those that nothing feasible beats: one, or a Pareto front of several objectives.
-    folder
-        Where drawings and scenario files of the best are.
-    """
-
-    settings: OptimumSettings
-    trials: tuple[Trial, ...]
-    best: tuple[Trial, ...]
-    folder: Path
 
 
 def optimise(
@@ -130,7 +98,7 @@ def optimise(
             space, evaluate, trials=wanted.search.trials, journal=folder / JOURNAL_FILE, after=after
         )
         found = Optimum(wanted, trials, front(trials), folder)
-        _write(found)
+        write_optimum(found)
     return found
 
 
@@ -159,15 +127,6 @@ def _keep_settings(wanted: OptimumSettings, folder: Path) -> None:
         partial.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 
 
-def rounded(values: Values) -> dict[str, float]:
-    """Return values with as many digits as a drawing states.
-
-    >>> rounded({"rim_radius_mm": 0.612345})
-    {'rim_radius_mm': 0.6123}
-    """
-    return {name: float(f"{value:.{DIGITS}g}") for name, value in values.items()}
-
-
 def _evaluated(
     wanted: OptimumSettings, values: Values, panel: Panel, engine: Engine, solver: Solver
 ) -> TrialResult:
@@ -187,19 +146,9 @@ def _evaluated(
         reason = next(row["reason"] for row in result.rows if row["status"] != WHOLE)
         raise ImpossibleError(f"only {len(whole)} of {len(result.rows)} drink from it: {reason}")
     return TrialResult(
-        tuple(_mean(whole, name) * _sign(name) for name in wanted.objectives),
+        tuple(_mean(whole, name) * sign_of(name) for name in wanted.objectives),
         _violations(wanted, whole),
     )
-
-
-def package_of(wanted: OptimumSettings, values: Values) -> dict[str, Any]:
-    """Return the keys of ``[package]`` of the neck of some values."""
-    fixed = CLOSURES.get(wanted.constraints.closure or "", {})
-    return {"neck": wanted.neck, **fixed, **values}
-
-
-def _sign(measure: str) -> float:
-    return 1.0 if is_lower_gentler(measure) else -1.0
 
 
 def _mean(rows: Sequence[Row], measure: str) -> float:
@@ -215,60 +164,3 @@ def _violations(wanted: OptimumSettings, rows: Sequence[Row]) -> dict[str, float
     return {
         f"seal of the {lip} lip": least - _mean(rows, f"{lip}_lip_seal_margin_kpa") for lip in LIPS
     }
-
-
-def _write(found: Optimum) -> None:
-    """Write the table of the trials, and drawings and scenario files of the best."""
-    wanted = found.settings
-    rows = [
-        {
-            "trial": trial.number,
-            **rounded(trial.values),
-            **{
-                name: value * _sign(name)
-                for name, value in zip(wanted.objectives, trial.evaluation.objectives, strict=True)
-            },
-            "feasible": trial.evaluation.is_feasible,
-            "best": trial in found.best,
-        }
-        for trial in found.trials
-    ]
-    write_csv(rows, found.folder / TRIALS_FILE)
-    signs = [_sign(name) for name in wanted.objectives]
-    picture = search_figure(found.trials, found.best, wanted.objectives, signs)
-    with file_at_once(found.folder / PICTURE_FILE) as partial:
-        partial.write_bytes(picture.data)
-    for trial in found.best:
-        values = rounded(trial.values)
-        place = found.folder / BEST / f"trial-{trial.number:03d}"
-        place.parent.mkdir(parents=True, exist_ok=True)
-        section = neck_section(wanted.measurements(values))
-        for ending in (".dxf", ".svg"):
-            write_neck(section, place.with_suffix(ending))
-        lines = [f"{key} = {toml_value(v)}" for key, v in package_of(wanted, values).items()]
-        base = wanted.study.base
-        there = wanted.study.folder / base
-        named = str(there) if there.is_file() else base
-        text = "\n".join([f"base = {toml_value(named)}", "", "[package]", *lines, ""])
-        with file_at_once(place.with_suffix(".toml")) as partial:
-            partial.write_text(text, encoding="utf-8")
-
-
-def optimum_message(found: Optimum) -> str:
-    """Return what a search found, in lines."""
-    wanted = found.settings
-    if not found.best:
-        return f"{found.folder}: none of {len(found.trials)} necks meets every constraint"
-    lines = [
-        f"{found.folder}: {TRIALS_FILE}, {PICTURE_FILE}, drawings and scenario files in {BEST}/; "
-        f"{len(found.trials)} necks were tried"
-    ]
-    for trial in found.best:
-        values = ", ".join(f"{name} = {value:g}" for name, value in rounded(trial.values).items())
-        results = ", ".join(
-            f"{name} {value * _sign(name):.4g}"
-            for name, value in zip(wanted.objectives, trial.evaluation.objectives, strict=True)
-        )
-        lines.append(f"  trial {trial.number}: {values}: {results}")
-    lines.append("  " + "; ".join(f"{name}: {meaning(name)}" for name in wanted.objectives))
-    return "\n".join(lines)

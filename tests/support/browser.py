@@ -97,3 +97,11 @@ def opened(
     tab.on("request", lambda request: visit.requests.append(request.url))
     tab.goto(page.as_uri())
     return visit
+
+
+def grave_faults(tab: Any) -> list[Any]:
+    """Return what axe finds on a page that is worse than minor, and where."""
+    axe = needed_module("axe_playwright_python.sync_playwright").Axe()
+    found = axe.run(tab).response["violations"]
+    grave = [one for one in found if one["impact"] in ("moderate", "serious", "critical")]
+    return [(one["id"], [node["target"] for node in one["nodes"]]) for one in grave]

@@ -21,7 +21,8 @@ def arguments(parser: Parser) -> None:
 
 def run(options: Namespace) -> int:
     """Do it and return the exit code."""
-    from scenarios.optimum.optimise import optimise, optimum_message
+    from scenarios.optimum.found import optimum_message
+    from scenarios.optimum.optimise import optimise
 
     check_workers(options)
     found = optimise(

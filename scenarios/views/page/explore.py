@@ -46,8 +46,11 @@ DIFFERENCE = (
 )
 
 
-def explorer(runs: Sequence[Reported]) -> Markup:
-    """Return the section in which a slider moves everything, hidden until the scripts run."""
+def explorer(runs: Sequence[Reported], about: str = "") -> Markup:
+    """Return the section in which a slider moves everything, hidden until the scripts run.
+
+    ``about`` says which runs these are.
+    """
     panes = [_pane(number) for number in range(min(len(runs), MOST_SIDE_BY_SIDE))]
     if len(runs) > 1:
         panes.append(_difference_pane())
@@ -55,6 +58,7 @@ def explorer(runs: Sequence[Reported]) -> Markup:
     return tag(
         "section",
         tag("h2", "Move through the sip", id="move"),
+        *([tag("p", about)] if about else []),
         _bar(),
         _choices(runs),
         tag(

@@ -73,7 +73,9 @@ def explored(solutions: Sequence[Solution | Path], height_px: int = FRAME_PX) ->
     """
     runs = reported_runs(solutions)
     labels = tuple(run.label for run in runs)
-    return Explorer(labels, document(runs, tag("main", explorer(runs))), height_px)
+    return Explorer(
+        labels, document(" · ".join(labels), runs, tag("main", explorer(runs))), height_px
+    )
 
 
 def solution_markup(solution: Solution) -> Markup:

@@ -82,14 +82,24 @@ def write_report(
         _repeat(reported),
     ]
     with file_at_once(out) as partial:
-        whole = document(reported, joined(_header(reported), tag("main", *sections)))
+        shown = joined(_header(reported), tag("main", *sections))
+        whole = document(_title(reported), reported, shown)
         partial.write_text(whole, encoding="utf-8")
 
 
-def document(runs: Sequence[Reported], shown: Markup) -> str:
+def document(title: str, runs: Sequence[Reported], shown: Markup, *, style: str = "") -> str:
     """Return a whole page: what is shown, the data of its moving part, and the script.
 
-    ``shown`` holds the moving part once: :func:`scenarios.views.page.explore.explorer`.
+    Parameters
+    ----------
+    title
+        Of the window.
+    runs
+        What is moved through.
+    shown
+        What the page shows; it holds :func:`scenarios.views.page.explore.explorer` once.
+    style
+        CSS beside that of a report.
     """
     script = page_script()
     body = joined(
@@ -97,8 +107,8 @@ def document(runs: Sequence[Reported], shown: Markup) -> str:
         data_element("moving", moving_page(runs)),
         script_element(script),
     )
-    style = STYLE + library_style() + explorer_style()
-    return page(_title(runs), style, body, scripts=script_policy(script))
+    whole = STYLE + library_style() + explorer_style() + style
+    return page(title, whole, body, scripts=script_policy(script))
 
 
 def _title(runs: Sequence[Reported]) -> str:

@@ -1,6 +1,7 @@
 """The best dimensions of a neck: what is asked, what is refused, and what is left on the disk."""
 
 import csv
+import re
 from pathlib import Path
 
 import pytest
@@ -10,10 +11,13 @@ from geometry2d.foundation.errors import DrinksimError
 from scenarios.campaign.measures import HEADLINE, MEASURES
 from scenarios.campaign.meeting import Meeting
 from scenarios.campaign.sip import STOPPED, WHOLE, SipRow, scenario_in
-from scenarios.optimum.optimise import optimise, optimum_message
+from scenarios.optimum.found import optimum_message
+from scenarios.optimum.optimise import optimise
 from scenarios.optimum.settings import read_optimum
 from scenarios.settings.scenario import load_scenario
 from tests.support.approach import write_base
+from tests.support.browser import laid_out
+from tests.support.optional import needed_program
 
 FILE = """
 base = "base.toml"
@@ -68,6 +72,12 @@ def test_the_best_neck_is_a_drawing_and_a_scenario(file, tmp_path):
     assert len(rows) == 10
     assert [row["best"] for row in rows].count("True") == 1
     assert HEADLINE in optimum_message(found)
+    page = (out / "optimum.html").read_text(encoding="utf-8")
+    assert f"Neck {best.number} is best of 10" in page
+    links = re.findall(r'href="(best/[^"]+)"', page)
+    assert len(links) == 3
+    assert all((out / link).is_file() for link in links)
+    assert page.count('<tr><th scope="row">') == 10 + 3
 
 
 @pytest.mark.slow
@@ -138,3 +148,10 @@ def test_two_objectives_leave_a_front(file, tmp_path):
     assert len(found.best) > 1
     assert "<svg" in (tmp_path / "out" / "search.svg").read_text(encoding="utf-8")
     assert len(list((tmp_path / "out" / "best").glob("*.dxf"))) == len(found.best)
+    page = tmp_path / "out" / "optimum.html"
+    assert f"{len(found.best)} of 12 necks are such that no other one" in page.read_text("utf-8")
+    chromium = needed_program("chromium", "chromium-browser", "google-chrome", package="chromium")
+    for width_px in (390, 1280):
+        layout = laid_out(chromium, page, width_px=width_px, scratch=tmp_path)
+        assert layout.width_px <= width_px
+        assert (layout.pictures, layout.broken) == (1 + len(found.best), 0)

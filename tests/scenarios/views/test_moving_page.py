@@ -18,9 +18,9 @@ from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
 from scenarios.views.page.report import write_report
 from scenarios.views.scene import SHOWN
-from tests.support.browser import Visit, driven, opened
+from tests.support.browser import Visit, driven, grave_faults, opened
 from tests.support.made_up_sip import resealed
-from tests.support.optional import needed_module, needed_program
+from tests.support.optional import needed_program
 
 pytestmark = [
     pytest.mark.slow,
@@ -368,14 +368,6 @@ def test_dragging_keeps_thirty_frames_a_second(visit: Visit) -> None:
 
 def test_no_grave_fault_of_accessibility(visit: Visit) -> None:
     assert grave_faults(visit.tab) == []
-
-
-def grave_faults(tab: Any) -> list[Any]:
-    """Return what axe finds on a page that is worse than minor, and where."""
-    axe = needed_module("axe_playwright_python.sync_playwright").Axe()
-    found = axe.run(tab).response["violations"]
-    grave = [one for one in found if one["impact"] in ("moderate", "serious", "critical")]
-    return [(one["id"], [node["target"] for node in one["nodes"]]) for one in grave]
 
 
 def test_nothing_is_asked_for_and_nothing_complained_of(visit: Visit, pair: Path) -> None:
