@@ -11,7 +11,7 @@ from scenarios.campaign.sip import STOPPED, WHOLE, SipRow, scenario_in
 from scenarios.campaign.study import carried_out
 from scenarios.cli.main import main
 from scenarios.decision import run
-from scenarios.decision.page import SHOWN
+from scenarios.decision.pair_section import SHOWN
 from tests.support.approach import write_base
 
 STUDY = """
