@@ -172,9 +172,9 @@ def write_conversion(
 ) -> None:
     """Write a conversion to a directory; an earlier result there is replaced.
 
-    The files are ``tracks.csv``, ``motion.csv``, ``motion.png``, ``overlay.mp4``, ``summary.json``
-    and ``boundary_conditions``: tables, a TRC file and, if the frames are evenly spaced in time, a
-    C3D file.
+    The files are ``tracks.csv``, ``motion.csv``, ``motion.png``, ``overlay.mp4``, ``summary.json``,
+    ``jaw.csv`` if the jaw has two marks, and ``boundary_conditions``: tables, a TRC file and, if
+    the frames are evenly spaced in time, a C3D file.
 
     Raises
     ------
@@ -195,6 +195,8 @@ def write_conversion(
         write_boundary_conditions(measured.motion, tables)
         if measured.capture.out_of_plane:
             write_out_of_plane(measured.capture, folder / "out_of_plane.csv")
+        if (jaw := measured.jaw_opening) is not None:
+            jaw.write(folder / "jaw.csv")
         table = motion_table(measured.motion, markers)
         write_trc(table, tables / "motion.trc")
         if table.even:

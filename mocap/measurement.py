@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mocap.motion.capture import Capture, capture
 from mocap.motion.coded import coded_bodies
+from mocap.motion.jaw import JAW, JawOpening
 from mocap.motion.motion import Motion
 from mocap.motion.phases import LipAtRim, lip_at_rim
 from mocap.motion.projection import PictureFormat, axis_px, corrected
@@ -49,6 +50,19 @@ class Measurement:
     def motion(self) -> Motion:
         """The motion of head and package."""
         return self.capture.motion
+
+    @property
+    def jaw_opening(self) -> JawOpening | None:
+        """How much farther the jaw opens; None if its two marks are not always seen."""
+        jaw = self.capture.others.get(JAW)
+        if jaw is None or len(jaw.markers) < 2:
+            return None
+        columns = [self.tracks.names.index(name) for name in jaw.markers[:2]]
+        row = int(np.flatnonzero(self.tracks.frame == self.capture.frame[0])[0])
+        apart_px = np.subtract(*self.corrected_px[row, columns])
+        return JawOpening.of(
+            self.capture, float(np.hypot(*apart_px) / self.scales[JAW].px_per_mm[row])
+        )
 
 
 def measure(tracks: Tracks, markers: MarkerFile, picture: PictureFormat) -> Measurement:

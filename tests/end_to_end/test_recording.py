@@ -114,6 +114,11 @@ def test_skin_that_slides_over_the_jaw_is_reported_and_kept_apart(sip: ConvertRe
     """The recording's script slides the jaw's skin by 0.8 and 1.3 mm on the head."""
     jaw = sip.summary["other_bodies"]["jaw"]
     assert jaw["moves_on_reference_mm"] == pytest.approx(np.hypot(0.8, 1.3), abs=0.15)
+    opening = sip.measured.jaw_opening
+    assert opening is not None
+    # The jaw rests: what its marks show lies far within what sliding skin leaves.
+    assert np.abs(opening.opening_rad[1:]).max() < 0.2 * opening.sigma_rad[1:].min()
+    assert np.degrees(opening.sigma_rad[1]) == pytest.approx(6.0, abs=1.0)
     assert sip.summary["bodies"]["head"]["markers"] == ["ear", "nose"]
     assert list(sip.summary["drinking"]["phases_s"]) == [
         "approach", "contact", "tilt", "drink", "release"
