@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry2d.anatomy.population import Person, sampled_people
 from geometry2d.foundation.output import file_at_once
@@ -19,10 +20,14 @@ from mocap.motion.motion import Motion
 from mocap.motion.sampling import sampled_motion
 from scenarios.campaign.films import MOTIONS, NAME_LENGTH, FilmedSip, filmed_sips
 from scenarios.campaign.meeting import direction_of_nose
-from scenarios.campaign.settings import StudySettings
+from scenarios.campaign.settings import DoubtSettings, StudySettings
+from scenarios.campaign.skin_draws import SkinRegion
 from scenarios.campaign.variation import StudyError
 from scenarios.settings.person import Head
 from scenarios.settings.scenario import Scenario
+
+SKINS = "skins"
+"""Folder of a study's directory with sampled skins."""
 
 
 @dataclass(frozen=True)
@@ -94,13 +99,13 @@ def _drinkers(
 ) -> Iterator[Drinker]:
     draws = range(1, study.doubt.draws + 1) if study.doubt.draws else (None,)
     for film in films:
+        sampling = _Sampling.of(study, film, out)
         for number, person in enumerate(people or (None,)):
             progress(number / max(len(people), 1), "building people")
             drinks = _filmed_person(study, film) if person is None else _met(study, film, person)
             nose = direction_of_nose(drinks.head.section())
             for draw in draws:
-                moved = _with_motion(study, film, drinks, nose, person, draw, out)
-                yield Drinker(film, person, draw, moved)
+                yield Drinker(film, person, draw, sampling.sip(drinks, nose, person, draw))
 
 
 def _people(study: StudySettings, filmed: Scenario) -> tuple[Person, ...]:
@@ -139,40 +144,63 @@ def _met(study: StudySettings, film: FilmedSip, person: Person) -> Scenario:
     return film.base.with_(head=head, placement=placed, first_contact=None)
 
 
-def _with_motion(
-    study: StudySettings,
-    film: FilmedSip,
-    drinks: Scenario,
-    nose_rad: float,
-    person: Person | None,
-    draw: int | None,
-    out: Path,
-) -> Scenario:
-    """Return the sip of a person with the motion of a draw, which is put into a file."""
-    if person is None and draw is None:
-        return drinks
-    motion: Motion | None = None
-    if draw is not None:
-        number = 0 if person is None else person.number
-        random = np.random.default_rng([study.doubt.seed, number, draw])
-        sigma = study.doubt.placement_sigma_mm
-        by = sigma * random.standard_normal(2)
-        motion = sampled_motion(film.meeting.motion, random)
-        drinks = drinks.with_(
-            placement={
-                "shift_x_mm": float(_shift(drinks, "x") + by[0]),
-                "shift_y_mm": float(_shift(drinks, "y") + by[1]),
-            },
-            first_contact=None,
-        )
-    seen = film.meeting.motion_for(nose_rad, motion)
-    text = seen.text()
-    name = hashlib.sha256(text.encode()).hexdigest()[:NAME_LENGTH]
-    file = out / MOTIONS / f"{name}.csv"
+@dataclass(frozen=True)
+class _Sampling:
+    """What is sampled for each draw of a film, and the folder that its files go to."""
+
+    doubt: DoubtSettings
+    film: FilmedSip
+    skin: SkinRegion | None
+    out: Path
+
+    @classmethod
+    def of(cls, study: StudySettings, film: FilmedSip, out: Path) -> _Sampling:
+        file = study.doubt.skin
+        skin = None if file is None else SkinRegion.read(study.folder / file, film.scenario.skin)
+        return cls(study.doubt, film, skin, out)
+
+    def sip(
+        self, drinks: Scenario, nose_rad: float, person: Person | None, draw: int | None
+    ) -> Scenario:
+        """Return the sip of a person with motion, place and skin of a draw, put into files."""
+        if person is None and draw is None:
+            return drinks
+        motion: Motion | None = None
+        if draw is not None:
+            number = 0 if person is None else person.number
+            random = np.random.default_rng([self.doubt.seed, number, draw])
+            by = self.doubt.placement_sigma_mm * random.standard_normal(2)
+            motion = sampled_motion(self.film.meeting.motion, random)
+            drinks = self._with_skin(_shifted(drinks, by), random)
+        text = self.film.meeting.motion_for(nose_rad, motion).text()
+        return drinks.with_motion(_kept(text, self.out / MOTIONS, ".csv"))
+
+    def _with_skin(self, drinks: Scenario, random: np.random.Generator) -> Scenario:
+        if self.skin is None:
+            return drinks
+        text = self.skin.text(self.skin.sampled(random))
+        return drinks.with_(skin={"file": str(_kept(text, self.out / SKINS, ".toml"))})
+
+
+def _kept(text: str, folder: Path, ending: str) -> Path:
+    """Return the file of a text, named by its content, which is written if it is not there."""
+    file = folder / f"{hashlib.sha256(text.encode()).hexdigest()[:NAME_LENGTH]}{ending}"
     if not file.is_file():
+        folder.mkdir(parents=True, exist_ok=True)
         with file_at_once(file) as partial:
             partial.write_text(text, encoding="utf-8")
-    return drinks.with_motion(file)
+    return file
+
+
+def _shifted(scenario: Scenario, by_mm: NDArray[np.float64]) -> Scenario:
+    """Return a sip whose neck is (2,) farther forward and up in the head."""
+    return scenario.with_(
+        placement={
+            "shift_x_mm": float(_shift(scenario, "x") + by_mm[0]),
+            "shift_y_mm": float(_shift(scenario, "y") + by_mm[1]),
+        },
+        first_contact=None,
+    )
 
 
 def _shift(scenario: Scenario, axis: str) -> float:

@@ -58,6 +58,12 @@ class DoubtSettings:
         description="standard deviation of where the neck is in the head, forward and up",
         source="first_contact.skin_sigma_mm: how well a section fits a face",
     )
+    skin: str | None = setting(
+        default=None,
+        example="fit/calibration.json",
+        description="calibration whose confidence region the parameters of the skin are sampled "
+        "from, anew for each draw",
+    )
 
 
 @dataclass(frozen=True)
@@ -245,6 +251,8 @@ def _refuse_contradictions(study: StudySettings) -> None:
             )
     if study.design.kind == "latin_hypercube" and not study.vary:
         raise StudyError('design.kind = "latin_hypercube" needs something in [vary]')
+    if study.doubt.skin is not None and study.doubt.draws == 0:
+        raise StudyError("doubt.skin has no effect without draws: give doubt.draws = 1 or more")
     necks = any(each.path.startswith("package.") for each in study.vary)
     drawn = [n for n in study.necks if isinstance(n, str) and n.lower().endswith((".dxf", ".svg"))]
     if necks and drawn:

@@ -120,6 +120,13 @@ class Skin:
         description="materials of dermis and bulk",
         source="thesis, Table 3.5",
     )
+    file: str | None = setting(
+        default=None,
+        file=True,
+        example="skin.toml",
+        replaces=("configuration",),
+        description="file with the materials of dermis and bulk, in place of a configuration",
+    )
     dermis_stiffness: float = setting(
         default=1.0,
         minimum=0.01,

@@ -21,7 +21,7 @@ from fem2d.loads.liquid import LiquidLoad
 from fem2d.loads.load import AppliedForce
 from fem2d.loads.muscle import MuscleLoad
 from fem2d.loads.tie import ElasticTie
-from fem2d.materials.library import configuration
+from fem2d.materials.library import configuration_cards
 from fem2d.materials.material import Material, stiffened
 from fem2d.solvers.inertia import QUASI_STATIC
 from fem2d.solvers.model import Model
@@ -354,12 +354,13 @@ def without_neck(model: Model) -> Model:
 
 
 def _materials(skin: Skin, lips: tuple[str, ...]) -> dict[str, Material]:
-    name = skin.configuration
-    layers = list(configuration(name).values())
+    name = skin.file or skin.configuration
+    layers = [card.material for card in configuration_cards(name).values()]
     if len(layers) > 2:
+        setting = "skin.configuration" if skin.file is None else "skin.file"
         raise ScenarioError(
-            f"skin.configuration = {name!r} has {len(layers)} layers, the lips have two: "
-            "choose L1, L2-GOH or L2-Ogden"
+            f"{setting} = {name!r} has {len(layers)} layers, the lips have two: choose L1, "
+            "L2-GOH or L2-Ogden, or give a file with [dermis] and [bulk]"
         )
     parts = {"dermis": stiffened(layers[0], skin.dermis_stiffness), "bulk": layers[-1]}
     return {f"{lip}_{part}": material for lip in lips for part, material in parts.items()}

@@ -65,6 +65,11 @@ def _neck_name(run: Reported) -> str:
     return package.neck if package.outline is None else Path(package.outline).name
 
 
+def _skin_name(run: Reported) -> str:
+    skin = run.scenario.skin
+    return skin.configuration if skin.file is None else Path(skin.file).name
+
+
 def _largest_force(run: Reported) -> str:
     return f"{1e3 * np.hypot(run.force('x'), run.force('y')).max():.1f}"
 
@@ -121,7 +126,7 @@ COMPUTED_ROWS: tuple[tuple[str, Sequence[Row]], ...] = (
         "Model",
         [
             Row("neck", "", _neck_name),
-            Row("skin", "", lambda run: run.scenario.skin.configuration),
+            Row("skin", "", _skin_name),
             Row("friction on the package", "", lambda run: f"{run.scenario.contact.friction:g}"),
             Row("plane", "", lambda run: run.scenario.numerics.plane),
             Row("resolution", "", lambda run: run.scenario.numerics.resolution),
