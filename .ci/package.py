@@ -45,6 +45,7 @@ def lowest() -> list[str]:
     asked = [
         *PROJECT["project"]["dependencies"],
         *extras["files"],
+        *extras["mark"],
         *extras["notebook"],
         *extras["study"],
     ]

@@ -57,6 +57,7 @@ FLOORS = (
     "scenarios.optimum",
     "scenarios.export",
     "scenarios.recordings",
+    "scenarios.marking",
     "scenarios.cli",
     "scenarios.cli.commands",
     "drinksim",

@@ -102,7 +102,7 @@ def follow(
         )
     if given is not None:
         _refuse_unplaced(given, tracks, to_the_end=end_s is None)
-    return _without(tracks, video.timing.distrusted, given)
+    return tracks if given is not None else without_frames(tracks, video.timing.distrusted)
 
 
 def _refuse_unplaced(given: Tracks, tracks: Tracks, *, to_the_end: bool) -> None:
@@ -241,11 +241,11 @@ def _guides(given: Tracks | None, frame: Frame) -> dict[str, Guide]:
     return guides
 
 
-def _without(tracks: Tracks, distrusted: frozenset[int], given: Tracks | None) -> Tracks:
+def without_frames(tracks: Tracks, distrusted: frozenset[int]) -> Tracks:
     """Return the tracks without the detections in repeated or blended frames."""
     rows = np.isin(tracks.frame, list(distrusted))
     drop = rows[:, None] & (tracks.status == "seen")
-    if given is not None or not drop.any():
+    if not drop.any():
         return tracks
     status = np.where(drop, "lost", tracks.status)
     position = np.where(drop[..., None], np.nan, tracks.position_px)

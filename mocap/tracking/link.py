@@ -51,11 +51,34 @@ class Guide:
         Its standard error, px.
     status
         "seen", "fixed" or "predicted".
+    spot
+        The spot there if an earlier pass measured it: it is not fitted again.
     """
 
     position_px: tuple[float, float] | None
     sigma_px: float
     status: str
+    spot: Detection | None = None
+
+
+@dataclass(frozen=True)
+class LastFound:
+    """What was found of a marker in the frame that was processed last.
+
+    Attributes
+    ----------
+    position_px, sigma_px
+        Position and standard error of a coordinate, px; nan if lost.
+    status
+        "seen", "fixed" or "lost".
+    ellipse
+        As in :class:`Tracks`.
+    """
+
+    position_px: tuple[float, float]
+    sigma_px: float
+    status: str
+    ellipse: tuple[float, ...]
 
 
 @dataclass
@@ -146,6 +169,16 @@ class Tracker:
                 tuple(detection.parameters[2:5]) if detection and fitted else (math.nan,) * 3
             )
 
+    @property
+    def followers(self) -> Mapping[str, Follower]:
+        """The markers that are followed."""
+        return MappingProxyType(self._followers)
+
+    def last(self, name: str) -> LastFound:
+        """Return what was found of a marker in the frame that was processed last."""
+        x, y, sigma, status = self._rows[name][-1]
+        return LastFound((x, y), sigma, status, self._ellipses[name][-1])
+
     def _record_vectors(self, found: Mapping[str, Detection]) -> None:
         """Record the vectors between markers of one body that are detected together."""
         for one, other in itertools.combinations(found, 2):
@@ -161,6 +194,8 @@ class Tracker:
         A position set by hand may show the marker in a new look, any other one only its own.
         """
         assert guide.position_px is not None
+        if guide.spot is not None:
+            return guide.spot
         x, y = guide.position_px
         found = None
         if guide.status == "fixed":

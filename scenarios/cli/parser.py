@@ -61,6 +61,11 @@ COMMANDS = (
         "drinksim stickers --out sheet.pdf",
     ),
     Command(
+        "mark",
+        "mark a film in the browser: markers, scale, first contacts, corrections by dragging",
+        "drinksim mark sip.mp4 --out marked",
+    ),
+    Command(
         "convert",
         "turn a video into motions of head and package and boundary-condition tables",
         "drinksim convert sip.mp4 --markers markers.toml --out sip",

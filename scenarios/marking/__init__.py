@@ -1,0 +1,1 @@
+"""Marking a film in the browser: which spot is which marker, scale, first contacts, corrections."""
