@@ -31,6 +31,12 @@ def test_one_number_is_reached_when_the_neck_comes_near() -> None:
     assert levator.at(1.5) == levator.at(9.0) == 0.2
 
 
+def test_muscles_that_rest_are_no_part_of_a_model() -> None:
+    resting = Muscles(time_s=(1.0, 2.0), levator=(0.0, 0.0), depressor=0.0)
+    assert resting.activations(near_s=1.5) == {}
+    assert Muscles(levator="auto", time_s=(1.0, 2.0)).activations(1.5, {"levator": 0.0}) == {}
+
+
 def test_activations_follow_their_instants() -> None:
     muscles = Muscles(
         time_s=(1.0, 2.0, 3.0), mentalis=(0.0, 0.4, 0.0), upper_orbicularis=(0.1, 0.1, 0.3)
