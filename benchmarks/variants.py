@@ -1,9 +1,10 @@
 """Each scenario with one setting changed at a time, and what that changes.
 
-    python -m benchmarks.variants [A38-F ...] [--resolution coarse]
+    python -m benchmarks.variants [A38-F ...] [--resolution coarse] [--change SETTING ...]
 
 Friction 0, 0.5 and 1.5 instead of 1, a dermis half and twice as stiff, the neck shifted by 2 mm
-back, forward, down and up: with the scenario as it is, ten runs each.
+back, forward, down and up: with the scenario as it is, ten runs each. With ``--change`` the
+scenario as it is and with each setting that is named.
 """
 
 from __future__ import annotations
@@ -79,6 +80,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scenarios", nargs="*", default=recorded_names())
     parser.add_argument("--resolution", default="coarse")
+    parser.add_argument("--change", action="append", metavar="SETTING", help="KEY=VALUE")
     options = parser.parse_args()
     head = [
         "scenario",
@@ -92,6 +94,7 @@ def main() -> None:
         "s",
     ]
     print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
+    variants = ("", *options.change) if options.change else VARIANTS
     whole = 0
     for name in options.scenarios:
         recording = load_scenario(name).recording
@@ -101,8 +104,8 @@ def main() -> None:
             motion = convert_recording(
                 recording, Path(scratch) / "motion", progress=lambda share, what: None
             ).motion
-            whole += sum(run(name, variant, motion, options.resolution) for variant in VARIANTS)
-    print(f"\n{whole} of {len(options.scenarios) * len(VARIANTS)} ran to the end")
+            whole += sum(run(name, variant, motion, options.resolution) for variant in variants)
+    print(f"\n{whole} of {len(options.scenarios) * len(variants)} ran to the end")
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -11,6 +12,7 @@ from fem2d.body.body import Body
 from fem2d.body.kinematics import Plane
 from fem2d.loads.load import Load
 from fem2d.materials.material import Array, Material
+from fem2d.materials.neo_hookean import NeoHookean
 from fem2d.solvers.model import Model
 from fem2d.solvers.static import StaticResult, kept_at, solve_static
 
@@ -26,7 +28,7 @@ def mapped(mesh: skfem.Mesh, positions: Array) -> skfem.Mesh:
 
 
 def block(element: str, across: int, up: int) -> skfem.Mesh:
-    """The block of PEERS.md: 20 × 12 mm, the top 10 % dermis."""
+    """The block that other programs computed too: 20 × 12 mm, the top 10 % dermis."""
     mesh = squares(element, np.linspace(0, 20, across + 1), np.linspace(0, 12, up + 1))
     return mesh.with_subdomains(
         {"dermis": lambda x: x[1] > 10.8, "bulk": lambda x: x[1] < 10.8}
@@ -41,7 +43,7 @@ def pressed_block(
     cells: tuple[int, int] = (50, 40),
     step: int,
 ) -> tuple[float, float]:
-    """Return the force (N) on the top edge after ``step`` of ten steps of PEERS.md's block."""
+    """Return the force (N) on the top edge of the block after ``step`` of ten steps."""
     body = Body(block(element, *cells), materials, plane=plane, element=element)
     top, bottom = body.boundary_nodes("top"), body.boundary_nodes("bottom")
     share = step / 10
@@ -123,6 +125,41 @@ def inflated(
     far = body.boundary_nodes("outer")
     radius = np.hypot(*(body.nodes + found.displacement)[far].T)
     return push / surface, float(radius.max())
+
+
+def ring_pressure(inner: float, outer: float, now: float, mu: float) -> tuple[float, float]:
+    """Return pressure and outer radius of an incompressible cylinder in plane strain.
+
+    Neo-Hookean (Rivlin, *Phil. Trans. R. Soc. A* 242, 1949); ``now`` is the inner radius reached.
+    """
+    far = math.sqrt(outer**2 - inner**2 + now**2)
+    c = now**2 - inner**2
+    return (
+        mu * (math.log(outer / inner) - math.log(far / now) + c / 2 * (1 / now**2 - 1 / far**2)),
+        far,
+    )
+
+
+def sphere_pressure(inner: float, outer: float, now: float, mu: float) -> tuple[float, float]:
+    """Return pressure and outer radius of an incompressible sphere (Green and Zerna, 1954)."""
+    far = (outer**3 - inner**3 + now**3) ** (1 / 3)
+    a, b = now / inner, far / outer
+    return mu / 2 * ((b**-4 + 4 / b) - (a**-4 + 4 / a)), far
+
+
+def locking_error(element: str, plane: Plane, poisson: float) -> float:
+    """Return the relative error of the pressure of an inflated wall of 4 × 6 cells.
+
+    The inner radius grows by half: of a cylinder in plane strain, of a sphere in axisymmetry. The
+    closed form is that of an incompressible material.
+    """
+    ring = plane is Plane.STRAIN
+    inner, outer, to = (7.0, 18.625, 10.2115) if ring else (1.0, 2.0, 1.5)
+    mu = 200.0 if ring else 1.0
+    exact = (ring_pressure if ring else sphere_pressure)(inner, outer, to, mu)[0]
+    law = NeoHookean(mu / 2, poisson=poisson)
+    found = inflated(element, plane, law, inner=inner, outer=outer, to=to, cells=(4, 6))
+    return found[0] / exact - 1
 
 
 def at_rest(

@@ -14,7 +14,6 @@ from fem2d.contact.rigid import RigidContact
 from fem2d.solvers.inertia import Inertia
 from fem2d.solvers.newton_settings import NewtonSettings
 from geometry2d.outline import Outline
-from scenarios.sip.contact_line import ContactLine
 from tests.support.contact_models import (
     block,
     followed,
@@ -28,22 +27,20 @@ from tests.support.contact_models import (
     still,
     unknowns,
 )
+from tests.support.crest import (
+    NO_FRICTION,
+    length_under_crest,
+    pressed_by_crest,
+    pressure_under_crest,
+    supported,
+)
 from tests.support.marks import slow
 
 QUASI_STATIC = Inertia(0.0)
-NO_FRICTION = FrictionLaw(0.0)
 GAUSS_2, GAUSS_4, NODES = {"points_per_edge": 2}, {"points_per_edge": 4}, {"at_nodes": True}
 """Where the tissue touches: lips do at their nodes."""
 STIFF = NormalLaw(stiffness_mpa_per_mm=1e3, ramp_mm=1e-9)
 """Penetrates 6e-6 mm at the pressures below; indentations are a thousand times as deep."""
-
-
-def supported(body, pairs, *, symmetric=False, **options):
-    """The system on a fixed bottom, the left side on rollers if it is a plane of symmetry."""
-    held = [unknowns(body, "bottom", 0), unknowns(body, "bottom", 1)]
-    if symmetric:
-        held.append(unknowns(body, "left", 0))
-    return loaded(body, contacts=tuple(pairs), held=np.unique(np.concatenate(held)), **options)
 
 
 @pytest.mark.parametrize(
@@ -87,37 +84,6 @@ def test_hertz_cylinder(element, finest, sampled):
     assert x[touching].max() == pytest.approx(half_width, abs=finest)
 
 
-def pressed_by_crest(edge, *, aside=0.0, **points):
-    """A soft quadratic block under the flat crest of a thread: its surface and the last commit.
-
-    The crest is 1.6 mm wide, its middle ``aside`` of the block's, its corners are of 0.4 mm.
-    """
-    body = block(
-        np.linspace(-3, 3, round(6 / edge) + 1),
-        -graded(3, edge, 1.0, 1.2)[::-1],
-        linear_elastic(0.1, 0.45),
-        element="T6",
-    )
-    top = body.surface("top", **points)
-    motion = path([0, 1], [[0, 0], [0, -0.3]])
-    return top, followed(supported(body, [crest_pair(top, aside)]), motion, increments=6)[-1]
-
-
-def crest_pair(top, aside):
-    crest = Outline.from_corners([[-0.8, 0], [0.8, 0], [0.8, 3], [-0.8, 3]], 0.4)
-    return RigidContact(
-        top, crest.moved(0.0, [aside, 0.0]), normal=NormalLaw(), friction=NO_FRICTION, name="crest"
-    )
-
-
-def pressure_under_crest(edge, **points):
-    """Places and pressures, kPa, each place once, from the middle of the crest outwards."""
-    top, last = pressed_by_crest(edge, **points)
-    place, first = np.unique(np.round(top.nodal(top.arc_length) - 3.0, 9), return_index=True)
-    pressure = 1e3 * top.nodal(last.contacts[0].points.pressure).ravel()[first]
-    return place[place >= 0], pressure[place >= 0]
-
-
 @pytest.mark.slow
 def test_pressure_at_nodes_does_not_alternate_under_a_crest():
     place, pressure = pressure_under_crest(0.15, at_nodes=True)
@@ -151,16 +117,6 @@ def test_points_between_nodes_stay_out_of_it_where_nodes_carry_the_load():
     _, alone = pressure_under_crest(0.1, at_nodes=True)
     place, watched = pressure_under_crest(0.1, at_nodes=True, between_nodes=2)
     np.testing.assert_allclose(watched[place < 0.5], alone[place < 0.5], rtol=1e-3)
-
-
-def length_under_crest(edge, aside):
-    """Length of contact, mm."""
-    top, last = pressed_by_crest(edge, aside=aside, at_nodes=True)
-    place = top.positions(last.state.displacement)[..., 0]
-    points = last.contacts[0].points
-    # The top runs from right to left.
-    line = ContactLine(points.pressure * top.weight, top.weight, -place, points.gap)
-    return line.contact_length()
 
 
 @pytest.mark.slow

@@ -26,7 +26,8 @@ NEARLY = 1e-13
 @pytest.mark.parametrize("mode", list(SIDES), ids=lambda mode: mode.name.lower())
 @pytest.mark.parametrize("alpha", [2.0, 10.789, -3.0])
 def test_incompressible_ogden_and_neo_hookean(mode: Mode, alpha: float) -> None:
-    """Nominal stress Σ (2μ/α)(λ^(α−1) − λ^m), m = −α/2−1, −2α−1, −α−1 (FACTS 3)."""
+    """Nominal stress Σ (2μ/α)(λ^(α−1) − λ^m), m = −α/2−1, −2α−1, −α−1
+    (Ogden, *Non-Linear Elastic Deformations*, 1984, chapter 7)."""
     mu = 0.05
     exponent = {
         Mode.UNIAXIAL: -alpha / 2 - 1,
@@ -46,7 +47,8 @@ def test_incompressible_ogden_and_neo_hookean(mode: Mode, alpha: float) -> None:
 
 @pytest.mark.parametrize("mode", list(SIDES), ids=lambda mode: mode.name.lower())
 def test_incompressible_isotropic_fibres(mode: Mode) -> None:
-    """Nominal stress 2(λ − λᵉ)[C10 + (k1/3) E exp(k2 E²)] with E = (I1 − 3)/3 (FACTS 3)."""
+    """Nominal stress 2(λ − λᵉ)[C10 + (k1/3) E exp(k2 E²)] with E = (I1 − 3)/3, from the
+    energy of Gasser, Ogden and Holzapfel (2006) with κ = 1/3."""
     C10, k1, k2 = 0.025, 24.491, 0.1327
     law = HolzapfelGasserOgden(C10, k1, k2, 1 / 3, NEARLY)
     side, thickness = (STRETCHES**power for power in SIDES[mode])
@@ -128,7 +130,7 @@ def test_the_tables_of_facts_section_3() -> None:
 
 
 def test_fibre_card_along_and_across_the_langer_lines() -> None:
-    """FACTS 2.2, incompressible, two families at ± 41°."""
+    """Computed apart from the energy, incompressible, two families at ± 41°: nominal MPa."""
     card = material_named("ni-annaidh-2012/dermis")
     assert isinstance(card, HolzapfelGasserOgden)
     law = dataclasses.replace(card, D_per_mpa=NEARLY)
@@ -141,7 +143,7 @@ def test_fibre_card_along_and_across_the_langer_lines() -> None:
 
 
 def test_isotropic_fibre_cards() -> None:
-    """FACTS 3: nominal kPa at λ = 1.05, 1.1, 1.2, 1.3, 1.5."""
+    """Nominal kPa at λ = 1.05, 1.1, 1.2, 1.3, 1.5, from the closed form for κ = 1/3."""
     stretches = [1.05, 1.1, 1.2, 1.3, 1.5]
     for name, expected in (
         ("ni-annaidh-2012/isotropic", [34.45, 97.12, 395.8, 1025, 3586]),

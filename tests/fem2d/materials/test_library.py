@@ -31,7 +31,7 @@ def test_every_card_loads_and_says_where_it_comes_from_and_what_was_read() -> No
 
 
 def test_the_configurations_are_those_of_table_3_5_with_its_rows_shifted_back() -> None:
-    """FACTS 2.3, verdict 2: E0 = 6 C10 = 25.1 kPa belongs to L2 GOH and 25.8 kPa to L2 Ogden."""
+    """E0 = 6 C10: 25.1 kPa is of L2 GOH and 25.8 kPa of L2 Ogden."""
     assert list(configuration("L3")) == ["dermis", "hypodermis", "muscle"]
     goh, ogden = configuration("L2-GOH"), configuration("L2-Ogden")
     assert isinstance(goh["bulk"], NeoHookean) and isinstance(ogden["bulk"], NeoHookean)

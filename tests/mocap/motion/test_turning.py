@@ -121,6 +121,16 @@ def test_a_package_that_turns_out_of_the_plane_for_a_moment(tmp_path: Path) -> N
 
 
 @pytest.mark.slow
+def test_a_small_turn_is_too_little_to_decide(tmp_path: Path) -> None:
+    """12 degrees shorten by 2.2 %, about as much as the marks' shapes are uncertain."""
+    found, _, _ = measured(tmp_path, turn_deg=for_a_while(12, 0.4, 1.2))
+    told = found.scales["package"].flattening
+    assert told.cause is Cause.UNKNOWN
+    assert told.share == pytest.approx(1.0, abs=3 * told.sigma)
+    assert 0.1 < told.sigma < 0.4
+
+
+@pytest.mark.slow
 def test_a_package_that_turns_slowly_is_not_followed_as_depth(tmp_path: Path) -> None:
     """Followed, 25° would be taken for a tenth of the distance and displace it by centimetres."""
     found, about, place = measured(tmp_path, turn_deg=lambda t: 25 * t / 1.6)
