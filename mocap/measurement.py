@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from mocap.motion.motion import Motion
 from mocap.motion.phases import LipAtRim, lip_at_rim
 from mocap.motion.projection import PictureFormat, axis_px, corrected
 from mocap.motion.scale import BodyScale, body_scales, positions_mm
-from mocap.tracking.markers import MarkerFile
+from mocap.tracking.markers import DEFAULT_BODIES, MarkerFile
 from mocap.tracking.tracks import Tracks
 
 Array = NDArray[np.float64]
@@ -37,6 +37,8 @@ class Measurement:
         Position of the upper lip at the rim, None if the marker file has no ``[style]``.
     corrected_px, centre_px
         (n, m, 2) corrected positions of the markers and (2,) of the camera's axis, px.
+    mirrored
+        Whether left and right were exchanged, because the person faces left.
     """
 
     tracks: Tracks
@@ -45,6 +47,7 @@ class Measurement:
     lip: LipAtRim | None
     corrected_px: Array
     centre_px: Array
+    mirrored: bool = False
 
     @property
     def motion(self) -> Motion:
@@ -73,15 +76,39 @@ def measure(tracks: Tracks, markers: MarkerFile, picture: PictureFormat) -> Meas
     ScaleError, MotionError
         If the marks give no scale, or the tracks no motion.
     """
+    mirrored = faces_left(tracks, markers)
+    picture = replace(picture, mirrored=mirrored)
     flat = corrected(tracks.position_px, markers, picture)
     centre = corrected(axis_px(markers.lens, picture), markers, picture)
     coded = coded_bodies(tracks, markers, picture)
     of_stickers = {body: poses.scale for body, poses in coded.items()}
     scales = body_scales(tracks, markers, flat, of_stickers)
     world = positions_mm(flat, tracks.names, markers, scales, centre)
-    captured = capture(tracks, markers, world, scales, coded)
+    shown = _mirrored(tracks, picture) if mirrored else tracks
+    captured = capture(shown, markers, world, scales, coded)
+    if mirrored and captured.motion.picture is not None:
+        scale = replace(captured.motion.picture, mirrored=True)
+        captured = replace(captured, motion=replace(captured.motion, picture=scale))
     lip = _lip(captured, tracks, markers, scales, picture, centre)
-    return Measurement(tracks, scales, captured, lip, flat, centre)
+    return Measurement(tracks, scales, captured, lip, flat, centre, mirrored)
+
+
+def faces_left(tracks: Tracks, markers: MarkerFile) -> bool:
+    """Whether the person faces left: the nose, or else the package, is mostly left of the ear."""
+    ear, nose = DEFAULT_BODIES["head"]
+    front = (nose, *DEFAULT_BODIES["package"])
+    ahead = next((name for name in front if name in tracks.names), None)
+    if markers.bodies[markers.reference][0] != ear or ahead is None:
+        return False
+    from_ear = (tracks.of(ahead)[0] - tracks.of(ear)[0])[:, 0]
+    known = np.isfinite(from_ear)
+    return bool(known.any() and np.median(from_ear[known]) < 0)
+
+
+def _mirrored(tracks: Tracks, picture: PictureFormat) -> Tracks:
+    """Return the tracks in the picture with left and right exchanged."""
+    across = np.array([picture.width - 1.0, 0.0])
+    return replace(tracks, position_px=across + tracks.position_px * picture.sides)
 
 
 def _lip(

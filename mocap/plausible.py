@@ -65,8 +65,9 @@ def doubts(markers: MarkerFile) -> Iterator[str]:
         doubt = _depth_fault(markers, *spans, MOST_DEPTH_RATIO_OF_CLICKS)
         if doubt:
             yield f"{markers.path}: {doubt}"
-    # Pictures count y downwards.
-    ear, nose, lower, upper = (np.array(at) * (1, -1) for at in ends)
+    # Pictures count y downwards; a person who faces left is mirrored.
+    side = 1 if ends[1][0] >= ends[0][0] else -1
+    ear, nose, lower, upper = (np.array(at) * (side, -1) for at in ends)
     axis = (nose - ear) / np.linalg.norm(nose - ear)
     length = float(np.linalg.norm(nose - ear))
     if (lower - ear) @ axis < -LEAST_IN_FRONT * length:
@@ -91,7 +92,7 @@ def refuse_implausible(measured: Measurement, markers: MarkerFile) -> None:
     ------
     MarkerFileError
         If the scales put head or package at an impossible distance, markers are exchanged, or the
-        picture is mirrored.
+        picture is upside down.
     """
     if not _standard(markers):
         return
@@ -110,7 +111,7 @@ def refuse_implausible(measured: Measurement, markers: MarkerFile) -> None:
     if np.median(from_ear[:, 1]) > 0 and from_ear[nearest, 1] > 0:
         raise MarkerFileError(
             f"{markers.path}: the package is above the line from ear to nose: the picture is "
-            "mirrored or upside down; mirror the film so that the person faces right"
+            "upside down, or ear and nose are mixed up; turn the film, or exchange their positions"
         )
     motion = measured.motion
     assert motion.head_body.axis_rad is not None and motion.package_body.axis_rad is not None

@@ -44,6 +44,8 @@ LONGEST_BRIDGE_S = 1.0
 BRIDGE_SIGMA = 100.0
 # Error of a sticker's corners that all frames share, px: its print, its paper, its edges' tone.
 COMMON_ERROR_PX = 0.04
+# The corner on the other side of a sticker, for each of its corners.
+OTHER_SIDE = (1, 0, 3, 2)
 # Focal length of usual lenses over the longer side of the picture: median and spread of the log,
 # the range of it that is tried, and the most frames for which it is. It is taken from the clip only
 # if the ends of the range are worse by this much (chi-square): bodies must turn to tell it.
@@ -234,6 +236,12 @@ def _sticker(
     points = np.column_stack([CORNERS, np.zeros(4)]) * side / float(np.ptp(CORNERS[:, 0]))
     stretch = np.tile([picture.pixel_aspect, 1.0], 4)
     covariance = tracks.stickers.covariance_px2[:, at] * np.outer(stretch, stretch)
+    if picture.mirrored:
+        # The mirror image of a square is the square with its left and right corners exchanged.
+        flat = flat[:, OTHER_SIDE]
+        order = (2 * np.array(OTHER_SIDE)[:, None] + [0, 1]).ravel()
+        signs = np.tile(picture.sides, 4)
+        covariance = covariance[:, order][:, :, order] * np.outer(signs, signs)
     # Paper and encoder distort a sticker; they hardly displace it as a whole.
     together = np.kron(np.full((4, 4), 0.25), np.eye(2))
     covariance = covariance + COMMON_ERROR_PX**2 * (np.eye(8) - together)

@@ -402,6 +402,8 @@ class Motion:
         if self.picture is not None:
             header["picture_x_px"], header["picture_y_px"] = self.picture.origin_px
             header["picture_px_per_mm"] = self.picture.px_per_mm
+            if self.picture.mirrored:
+                header["picture_mirrored"] = True
         header["rendered"] = self.rendered
         return header
 
@@ -450,5 +452,5 @@ def _of_header(header: dict[str, Any]) -> dict[str, Any]:
     picture = ("picture_x_px", "picture_y_px", "picture_px_per_mm")
     if all(key in header for key in picture):
         x, y, scale = (header[key] for key in picture)
-        about["picture"] = PictureScale((x, y), scale)
+        about["picture"] = PictureScale((x, y), scale, header.get("picture_mirrored", False))
     return about

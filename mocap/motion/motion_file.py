@@ -15,6 +15,7 @@ key                    value
 ``picture_x_px``       position of the world's origin in the recording's picture, y down
 ``picture_y_px``
 ``picture_px_per_mm``  scale of the recording's picture at the package's depth
+``picture_mirrored``   whether that picture has left and right exchanged: the person faces left
 ``rendered``           whether the recording is rendered and not filmed
 =====================  ============================================================================
 
@@ -68,6 +69,7 @@ KEYS: Mapping[str, type] = {
     "picture_x_px": float,
     "picture_y_px": float,
     "picture_px_per_mm": float,
+    "picture_mirrored": bool,
     "rendered": bool,
 }
 """The header's keys and the type of their values."""

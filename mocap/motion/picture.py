@@ -16,10 +16,21 @@ LEAST_SPREAD_MM = 1.0
 
 @dataclass(frozen=True)
 class PictureScale:
-    """Map from world points to the picture: ``px = origin + px_per_mm · (x, −y)``."""
+    """Map from world points to the picture: ``px = origin + px_per_mm · (x, −y)``.
+
+    Attributes
+    ----------
+    origin_px
+        The world's origin, px.
+    px_per_mm
+        The scale.
+    mirrored
+        Whether px count in the picture with left and right exchanged.
+    """
 
     origin_px: tuple[float, float]
     px_per_mm: float
+    mirrored: bool = False
 
     @classmethod
     def fitted(cls, pixels: Array, places_mm: Array) -> PictureScale | None:

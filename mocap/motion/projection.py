@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -16,11 +16,27 @@ Array: TypeAlias = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PictureFormat:
-    """Size of a picture, px, and the width of a pixel over its height."""
+    """How pictures are measured.
+
+    Attributes
+    ----------
+    width, height
+        Size, px.
+    pixel_aspect
+        Width of a pixel over its height.
+    mirrored
+        Whether left and right are exchanged, so that a person who faces left faces right.
+    """
 
     width: int
     height: int
     pixel_aspect: float = 1.0
+    mirrored: bool = False
+
+    @property
+    def sides(self) -> Array:
+        """Factors (2,) of x and y, from the camera's axis, in the picture that is measured."""
+        return np.array([-1.0 if self.mirrored else 1.0, 1.0])
 
 
 def axis_px(lens: Intrinsics, picture: PictureFormat) -> Array:
@@ -37,14 +53,15 @@ def axis_px(lens: Intrinsics, picture: PictureFormat) -> Array:
 def undistorted(points_px: ArrayLike, lens: Intrinsics, picture: PictureFormat) -> Array:
     """Return picture points (..., 2), px, without distortion and for square pixels.
 
-    Newton iterations with a finite-difference Jacobian invert the distortion (Brown 1966, in
-    OpenCV's convention) to 1e-9 of the focal length.
+    In a mirrored picture they are mirrored about the camera's axis. Newton iterations with a
+    finite-difference Jacobian invert the distortion (Brown 1966, in OpenCV's convention) to 1e-9 of
+    the focal length.
     """
     points = np.asarray(points_px, float)
     centre = axis_px(lens, picture)
     if not lens.is_distorting:
         ratio = picture.pixel_aspect if lens.fx is None or lens.fy is None else lens.fy / lens.fx
-        flat: Array = centre + (points - centre) * np.array([ratio, 1.0])
+        flat: Array = centre + (points - centre) * np.array([ratio, 1.0]) * picture.sides
         return flat
     assert lens.fx is not None and lens.fy is not None
     focal = np.array([lens.fx, lens.fy])
@@ -62,7 +79,7 @@ def undistorted(points_px: ArrayLike, lens: Intrinsics, picture: PictureFormat) 
         guess = guess - np.stack([dx, dy], axis=-1)
         if np.nanmax(np.abs(error), initial=0.0) < 1e-9:
             break
-    straight: Array = centre + guess * lens.fy
+    straight: Array = centre + guess * lens.fy * picture.sides
     return straight
 
 
@@ -71,8 +88,11 @@ def corrected(points_px: ArrayLike, markers: MarkerFile, picture: PictureFormat)
 
     They are in px, or in mm with y down if the marker file has a ``[plane]``.
     """
-    flat = undistorted(points_px, markers.lens, picture)
-    return flat if markers.plane is None else rectified(flat, markers.plane)
+    if markers.plane is None:
+        return undistorted(points_px, markers.lens, picture)
+    as_filmed = undistorted(points_px, markers.lens, replace(picture, mirrored=False))
+    flat: Array = rectified(as_filmed, markers.plane) * picture.sides
+    return flat
 
 
 def rectified(points_px: Array, plane: PlanePoints) -> Array:

@@ -50,6 +50,7 @@ def summary(
             "width_px": info.width,
             "height_px": info.height,
             "rotation_deg": info.rotation_deg,
+            "mirrored": measured.mirrored,
             "interlaced": info.interlaced,
             "frames_declared": info.declared_frames,
             "frames_in_file": timing.frames_in_file,
@@ -217,6 +218,11 @@ def video_warnings(info: VideoInfo, timing: Timing) -> list[str]:
 def _measurement_warnings(measured: Measurement, markers: MarkerFile) -> list[str]:
     warnings = []
     captured, tracks = measured.capture, measured.tracks
+    if measured.mirrored:
+        warnings.append(
+            "the person faces left: left and right are exchanged in the motion, so that x points "
+            "to where the face looks; tracks.csv has the pixels of the film"
+        )
     for name in tracks.names:
         lost = int(np.sum(tracks.status[:, tracks.names.index(name)] == "lost"))
         if lost:

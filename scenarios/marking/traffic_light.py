@@ -213,12 +213,12 @@ def _level(marking: Marking) -> Lamp:
     (x1, y1), (x2, y2) = at
     # Pictures count y downwards.
     angle = math.degrees(math.atan2(y1 - y2, abs(x2 - x1)))
-    side = "" if x2 > x1 else " The person faces left."
+    side = "" if x2 > x1 else " The person faces left and is mirrored."
     text = f"The line from ear to nose rises by {angle:.0f}°" if angle >= 0 else (
         f"The line from ear to nose falls by {-angle:.0f}°")  # fmt: skip
     if abs(angle) > LEVEL_DEG:
         return Lamp("level", "amber", f"{text}: is the camera level and the head straight?{side}")
-    return Lamp("level", "amber" if side else "green", f"{text}, as in a head held straight.{side}")
+    return Lamp("level", "green", f"{text}, as in a head held straight.{side}")
 
 
 def _status(tracks: Tracks, name: str) -> np.ndarray:

@@ -91,8 +91,13 @@ def picture_scale(motion: Motion, tracks_file: Path | None) -> PictureScale | No
     return PictureScale.fitted(tracks.of(marker)[0][known], np.array(places))
 
 
-def pictures_at(video: Path, times_s: Iterable[float]) -> Iterator[Image]:
-    """Yield the picture (rows, columns, 3), RGB, shown nearest to each of increasing times, s."""
+def pictures_at(
+    video: Path, times_s: Iterable[float], *, mirrored: bool = False
+) -> Iterator[Image]:
+    """Yield the picture (rows, columns, 3), RGB, shown nearest to each of increasing times, s.
+
+    ``mirrored`` exchanges left and right, as the motion of a person who faces left does.
+    """
     frames = iter(Video(video).frames())
     shown = following = next(frames)
     for time in times_s:
@@ -102,4 +107,5 @@ def pictures_at(video: Path, times_s: Iterable[float]) -> Iterator[Image]:
                 following = next(frames)
             except StopIteration:
                 break
-        yield np.ascontiguousarray(shown.colour()[..., ::-1])
+        picture = shown.colour()[..., ::-1]
+        yield np.ascontiguousarray(picture[:, ::-1] if mirrored else picture)

@@ -126,7 +126,8 @@ class RunView:
         """Yield the recording's picture at each time, s; None if there is no recording to show."""
         if self.recording is None:
             return iter([None] * times_s.size)
-        return pictures_at(Path(self.recording.video), times_s)
+        mirrored = self.scale is not None and self.scale.mirrored
+        return pictures_at(Path(self.recording.video), times_s, mirrored=mirrored)
 
     def window(self, aspect: float) -> Window:
         """Return the part of the world that holds the mouth during the whole run.

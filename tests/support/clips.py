@@ -49,6 +49,12 @@ class Clip:
     jaw: bool = True
     stickers: tuple[str, ...] = ()
     tilt_deg: tuple[float, float] = (0.0, 0.0)
+    faces_left: bool = False
+
+    @property
+    def sides(self) -> Array:
+        """Factors of x and y of everything in the plane; turns have that of x."""
+        return np.array([-1.0 if self.faces_left else 1.0, 1.0])
 
     def times(self) -> Array:
         times = np.arange(self.frames) / self.fps
@@ -63,7 +69,7 @@ class Clip:
             self.height,
             (focal, focal),
             self.distance_mm,
-            (80.0, -15.0),
+            (80.0 * self.sides[0], -15.0),
             fps=self.fps,
             exposure_s=self.exposure_s,
             lens=Lens(k1=self.lens[0], k2=self.lens[1], blur_px=self.blur_px, vignetting=0.1),
@@ -85,8 +91,10 @@ class Clip:
         lower = np.column_stack(
             [175 - 48 * there + 3 * sway[4], -45 + 22 * amount[4] * there + 3 * sway[5]]
         )
-        head = RigidMotion(time, head_angle, head_shift)
-        return head, RigidMotion.of_reference_point(time, angle, lower, LOWER)
+        side = self.sides[0]
+        head = RigidMotion(time, side * head_angle, head_shift * self.sides)
+        package = RigidMotion.of_reference_point(time, side * angle, lower * self.sides, LOWER)
+        return head, package
 
     def scene(self) -> Scene:
         head_motion, package_motion = self.motions()
@@ -98,6 +106,7 @@ class Clip:
         dots = {"ear": EAR, "nose": NOSE}
         if self.jaw:
             dots |= {"jaw_front": JAW_FRONT, "jaw_back": JAW_BACK}
+        dots = {name: (self.sides[0] * x, y) for name, (x, y) in dots.items()}
         patches = tuple(
             Marker.coded(name, at, side_mm=12.0, depth_mm=z, turn_deg=10.0 * k)
             if name in self.stickers
@@ -107,7 +116,7 @@ class Clip:
         head = SceneBody(
             "head",
             head_motion,
-            (ScenePolygon(profile * 1.0, SKIN, depth_mm=z),),
+            (ScenePolygon(profile * self.sides, SKIN, depth_mm=z),),
             patches,
             self.out_of_plane(EAR, z),
         )
@@ -122,7 +131,7 @@ class Clip:
         package = SceneBody(
             "package",
             package_motion,
-            (ScenePolygon(neck * 1.0, self.package_colour),),
+            (ScenePolygon(neck * self.sides, self.package_colour),),
             marks,
             self.out_of_plane(LOWER, 0.0),
         )
@@ -197,7 +206,10 @@ class Clip:
         return "\n".join(lines) + "\n"
 
     def relative_truth(self, truths: list[Truth]) -> tuple[Array, Array]:
-        """Return the package's position (n, 2) mm and turn (n,) rad in the head frame."""
+        """Return the package's position (n, 2) mm and turn (n,) rad in the head frame.
+
+        A person who faces left is mirrored.
+        """
         places, turns = [], []
         start = truths[0].placements
         for truth in truths:
@@ -206,7 +218,7 @@ class Clip:
             head_turn = head.angle_rad - start["head"].angle_rad
             places.append(rotated(apart, -head_turn))
             turns.append(package.angle_rad - start["package"].angle_rad - head_turn)
-        return np.array(places), np.array(turns)
+        return np.array(places) * self.sides, np.array(turns) * self.sides[0]
 
 
 @dataclass(frozen=True)
