@@ -27,7 +27,7 @@ def motion() -> Motion:
         np.linspace(0.1, 2.0, 40),
         head_body=MarkedBody("face", ("ear", "nose"), 0.2143),
         package_body=MarkedBody("cup", ("package_lower", "package_upper"), 2.1957),
-        picture=PictureScale((90.123456789, 80.25), 1.4567890123),
+        picture=PictureScale((90.123456789, 80.25), 1.4567890123, mirrored=True),
         rendered=True,
     )
 
