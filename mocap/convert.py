@@ -9,7 +9,12 @@ from typing import Any
 import numpy as np
 
 from geometry2d.foundation.delimited import header_line
-from geometry2d.foundation.output import RESULT_MARK, check_replaceable, directory_at_once
+from geometry2d.foundation.output import (
+    RESULT_MARK,
+    check_replaceable,
+    directory_at_once,
+    file_at_once,
+)
 from geometry2d.foundation.progress import ProgressOption, chosen_progress, part_of
 from geometry2d.foundation.settings import setting
 from mocap.formats.boundary import write_boundary_conditions
@@ -23,6 +28,7 @@ from mocap.motion.out_of_plane_file import write_out_of_plane
 from mocap.motion.projection import PictureFormat
 from mocap.motion.scale import BodyScale
 from mocap.plausible import distance_warnings, refuse_implausible, refuse_impossible_lens
+from mocap.tracking.errors import UnnamedSpotsError
 from mocap.tracking.follow import follow, stickers_in
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import MarkerFile, markers_of_stickers
@@ -30,7 +36,11 @@ from mocap.tracking.noise import with_temporal_noise
 from mocap.tracking.tracks import Tracks, placed_by_time, read_tracks
 from mocap.video.frames import Video
 from mocap.views.overlay import write_overlay
+from mocap.views.spots import write_numbered_spots
 from mocap.views.summary import summary, write_summary
+
+SPOTS = "spots.png"
+"""Picture of the spots that were found where it is not sure which marker each is."""
 
 TRACKING_SHARE = 0.7
 """Share of the time that tracking takes if files are written too."""
@@ -132,7 +142,7 @@ def convert(
     DrinksimError
         If an input cannot be used (VideoError, MarkerFileError, TrackingError, ScaleError,
         MotionError, TracksError) or ``out`` cannot be written (OutputError). Nothing is left
-        behind then.
+        behind then, but a picture with numbered spots if it is not sure which marker each is.
     """
     if out is not None:
         check_replaceable(Path(out))
@@ -147,14 +157,19 @@ def convert(
         film = Video(video, fps=fps)
         picture = PictureFormat(film.info.width, film.info.height, film.info.pixel_aspect)
         refuse_impossible_lens(marker_file, picture)
-        raw = follow(
-            film,
-            marker_file,
-            start_s=start_s,
-            end_s=end_s,
-            given=given,
-            progress=part_of(show, 0.0, last),
-        )
+        try:
+            raw = follow(
+                film,
+                marker_file,
+                start_s=start_s,
+                end_s=end_s,
+                given=given,
+                progress=part_of(show, 0.0, last),
+            )
+        except UnnamedSpotsError as error:
+            if out is None or not error.places_px:
+                raise
+            raise _pictured(error, Video(video, fps=fps), Path(out)) from None
         tracks_found = with_temporal_noise(raw, key_frames=film.key_frames).interpolated()
         measured = measure(tracks_found, marker_file, picture)
         refuse_implausible(measured, marker_file)
@@ -165,6 +180,25 @@ def convert(
         if out is not None:
             write_conversion(result, out, progress=part_of(show, last, 1.0))
     return result
+
+
+def _pictured(error: UnnamedSpotsError, video: Video, out: Path) -> UnnamedSpotsError:
+    """Write the numbered spots into ``out``, and return the error that says where they are."""
+    frame = next(frame for frame in video.frames() if frame.index == error.frame)
+    if out.is_dir():
+        # Beside an earlier result, which stays.
+        with file_at_once(out / SPOTS) as file:
+            write_numbered_spots(frame.colour(), error.places_px, file)
+    else:
+        with directory_at_once(out) as folder:
+            write_numbered_spots(frame.colour(), error.places_px, folder / SPOTS)
+    return UnnamedSpotsError(
+        f"{error}; {out / SPOTS} shows them: write, for instance, ear = "
+        f"[{error.places_px[0][0]:.0f}, {error.places_px[0][1]:.0f}] if the ear is spot 1, or "
+        "click on them with 'drinksim mark'",
+        frame=error.frame,
+        places_px=error.places_px,
+    )
 
 
 def write_conversion(

@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from mocap.tracking.detect import Detection
-from mocap.tracking.errors import TrackingError
+from mocap.tracking.errors import TrackingError, UnnamedSpotsError
 from mocap.tracking.markers import DEFAULT_BODIES, MarkerFile
 
 # Range of the distance from ear to nose of adults, mm, with a wide margin.
@@ -55,8 +55,10 @@ def assign_layout(
 
     Raises
     ------
-    TrackingError
+    UnnamedSpotsError
         If no arrangement of the spots is a face with a package, or several could be.
+    TrackingError
+        If a marker is none of those of face and package.
     """
     free = [
         spot
@@ -71,10 +73,12 @@ def assign_layout(
             "markers of face and package are recognised by their layout"
         )
     if len(free) < len(sought):
-        raise TrackingError(
+        raise _unnamed(
             f"frame {frame}: {len(free)} round spots were found for {len(sought)} markers "
             f"({', '.join(sought)}); give their positions in [markers], or start at a frame "
-            "that shows them with --start"
+            "that shows them with --start",
+            free,
+            frame,
         )
     found: list[tuple[float, dict[str, Detection]]] = []
     for package in _package_choices(free, known, sought):
@@ -86,30 +90,44 @@ def assign_layout(
             cost = _cost(chosen, markers) + COST_OF_A_SPOT_ABOVE * _spots_above(free, chosen)
             found.append((cost, {**package, **head, **jaw}))
     if not found:
-        raise TrackingError(
+        raise _unnamed(
             f"frame {frame}: {len(free)} round spots were found, but no arrangement of them is a "
             f"face with a package to its right (with {', '.join(sought)}); give the positions in "
-            "[markers]"
+            "[markers]",
+            free,
+            frame,
         )
     found.sort(key=lambda item: item[0])
     if len(found) > 1 and found[1][0] - found[0][0] < SURE_MARGIN:
-        raise TrackingError(_unsure(found, sought, frame))
+        raise _unsure(found, sought, free, frame)
     return {name: found[0][1][name] for name in sought}
 
 
 def _unsure(
-    found: Sequence[tuple[float, Mapping[str, Detection]]], sought: Sequence[str], frame: int
-) -> str:
+    found: Sequence[tuple[float, Mapping[str, Detection]]],
+    sought: Sequence[str],
+    free: Sequence[Detection],
+    frame: int,
+) -> UnnamedSpotsError:
     """Return which spots could be markers, for a user who says which they are."""
     rivals = [chosen for cost, chosen in found if cost - found[0][0] < SURE_MARGIN]
-    spots = {(round(s.x), round(s.y)): None for chosen in rivals for s in chosen.values()}
-    listed = " ".join(f"[{x}, {y}]" for x, y in list(spots)[:MOST_LISTED])
-    more = " …" if len(spots) > MOST_LISTED else ""
-    return (
+    return _unnamed(
         f"frame {frame}: {len(rivals)} arrangements of spots could be a face with a package, and "
-        f"none is clearly better: give the positions of {', '.join(sought)} in [markers]; the "
-        f"spots are at {listed}{more}"
+        f"none is clearly better: give the positions of {', '.join(sought)} in [markers]",
+        free,
+        frame,
     )
+
+
+def _unnamed(message: str, free: Sequence[Detection], frame: int) -> UnnamedSpotsError:
+    """Return an error whose message lists the spots by numbers, from left to right."""
+    places = sorted((spot.x, spot.y) for spot in free)
+    listed = ", ".join(
+        f"{number} [{x:.0f}, {y:.0f}]" for number, (x, y) in enumerate(places[:MOST_LISTED], 1)
+    )
+    more = ", …" if len(places) > MOST_LISTED else ""
+    spots = f"; the spots are {listed}{more}" if places else ""
+    return UnnamedSpotsError(f"{message}{spots}", frame=frame, places_px=places)
 
 
 def _package_choices(

@@ -112,7 +112,8 @@ def draw_frame(
 def _is_lowest(tracks: Tracks, row: int, k: int, mates: tuple[str, ...]) -> bool:
     """Whether a marker is the lowest of several of its body; its name is then written below it."""
     heights = [tracks.position_px[row, tracks.names.index(name), 1] for name in mates]
-    return len(mates) > 1 and bool(tracks.position_px[row, k, 1] >= np.nanmax(heights))
+    own = tracks.position_px[row, k, 1]
+    return len(mates) > 1 and bool(np.isfinite(own)) and bool(own >= np.nanmax(heights))
 
 
 def _draw_marker(canvas: Image, tracks: Tracks, row: int, k: int, below: bool, size: float) -> None:
@@ -129,7 +130,7 @@ def _draw_marker(canvas: Image, tracks: Tracks, row: int, k: int, below: bool, s
         _line(canvas, start, end, colour, max(round(1.5 * size), 1))
     words = tracks.names[k].replace("_", " ")
     at = (x + 13 * size, y + (26 if below else -13) * size)
-    _text(canvas, words, at, 0.62 * size, colour)
+    put_text(canvas, words, at, 0.62 * size, colour)
 
 
 def _draw_trail(canvas: Image, tracks: Tracks, row: int, k: int, size: float) -> None:
@@ -194,16 +195,18 @@ def _draw_panel(
     transparency = 0.0 if markers.rendered else 0.35
     canvas[:height] = (transparency * canvas[:height]).astype(np.uint8)
     for number, line in enumerate(lines):
-        _text(canvas, line, (12 * size, (23 + 24 * number) * size), 0.62 * size, WHITE)
+        put_text(canvas, line, (12 * size, (23 + 24 * number) * size), 0.62 * size, WHITE)
     x = 12 * size
     bottom = canvas.shape[0] - 12 * size
     for status in dict.fromkeys(["seen", "predicted", *map(str, tracks.status[row])]):
-        x += _text(canvas, status, (x, bottom), 0.62 * size, STATUS_COLOURS[status]) + 14 * size
+        x += put_text(canvas, status, (x, bottom), 0.62 * size, STATUS_COLOURS[status]) + 14 * size
     for body, colour in ((markers.reference, REFERENCE), (markers.moving, MOVING)):
-        x += _text(canvas, f"axes: {body}", (x, bottom), 0.62 * size, colour) + 14 * size
+        x += put_text(canvas, f"axes: {body}", (x, bottom), 0.62 * size, colour) + 14 * size
     if markers.rendered:
         width = _text_width("rendered", 0.7 * size)
-        _text(canvas, "rendered", (canvas.shape[1] - width - 12 * size, bottom), 0.7 * size, WHITE)
+        put_text(
+            canvas, "rendered", (canvas.shape[1] - width - 12 * size, bottom), 0.7 * size, WHITE
+        )
 
 
 def _fixed(point: Any) -> tuple[int, int]:
@@ -227,7 +230,7 @@ def _arrow(canvas: Image, start: Any, end: Any, colour: Colour, size: float) -> 
         _line(canvas, end, barb, colour, thickness)
 
 
-def _text(canvas: Image, words: str, at: Any, scale: float, colour: Colour) -> float:
+def put_text(canvas: Image, words: str, at: Any, scale: float, colour: Colour) -> float:
     """Write words with a dark outline, inside the picture; return their width, px."""
     import cv2
 

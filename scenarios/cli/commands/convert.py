@@ -46,8 +46,9 @@ def run(options: Namespace) -> int:
         start_s=options.start,
         end_s=options.end,
     )
-    for doubt in doubts(read_markers(options.markers)):
-        warn(doubt)
+    if options.markers is not None:
+        for doubt in doubts(read_markers(options.markers)):
+            warn(doubt)
     with progress_line("convert") as progress:
         conversion = convert_recording(
             recording, options.out, tracks=options.tracks, fps=options.fps, progress=progress
