@@ -78,9 +78,9 @@ def _filmed_sip(study: StudySettings, name: str, out: Path, progress: Progress) 
     """Return the filmed sip of a scenario's name or file, or of a motion.csv."""
     is_motion = name.lower().endswith(".csv")
     layers = file_layers(study.base if is_motion else name, study.folder)
-    layers.append(SettingsLayer(study.settings or {}, study.folder, name="[set]"))
+    layers.append(SettingsLayer(study.settings or {}, study.folder, name="[set]", same_sip=True))
     if is_motion:
-        layers.append(SettingsLayer({"motion": {"file": name}}, study.folder))
+        layers.append(SettingsLayer({"motion": {"file": name}}, study.folder, same_sip=True))
     scenario = scenario_from(layers)
     refuse_unusable(scenario)
     motion = _converted(scenario, out, progress)
@@ -89,7 +89,6 @@ def _filmed_sip(study: StudySettings, name: str, out: Path, progress: Progress) 
     filmed = base.with_(
         package=base.filmed_package, filmed=None, hand=HandSettings(), name=f"{base.name}, filmed"
     )
-    filmed = replace(filmed, filmed=None)
     reference = None
     if hand.mode != "recorded":
         made = out / REFERENCES / identity_of(values_by_path(filmed))

@@ -83,7 +83,8 @@ def carried_message(about: Mapping[str, Any]) -> str | None:
     }[about["anchor"]]
     return (
         f"this neck was not filmed: its {held} is where the filmed neck's was, and its lower mark "
-        f"({along:+.1f}, {across:+.1f}) mm along and across the axis from the filmed one's"
+        f"({along:+.1f}, {across:+.1f}) mm along and across the axis from the filmed one's; if it "
+        "was filmed, say so in [filmed]"
     )
 
 

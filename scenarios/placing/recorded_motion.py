@@ -1,8 +1,9 @@
-"""The recorded motion of the neck in the frame of the head section."""
+"""What a recording says of the neck: its motion in the head section's frame, its marks and rim."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from geometry2d.anatomy.head import HeadSection
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion, rotated
 from mocap.motion.motion import MarkedBody
+from mocap.tracking.marker_file import read_markers
+from mocap.tracking.markers import DEFAULT_BODIES, MarkerFile
 from scenarios.settings.scenario import MotionFile, Scenario, ScenarioError
 
 Array = NDArray[np.float64]
@@ -78,3 +81,46 @@ def _axis(body: MarkedBody, scenario: Scenario) -> float:
 
 def _angle(vector: Array) -> float:
     return float(np.arctan2(vector[1], vector[0]))
+
+
+@dataclass(frozen=True)
+class RecordedNeck:
+    """The filmed neck as a marker file has it; what it does not say is None.
+
+    Attributes
+    ----------
+    mark_distance_mm
+        Distance of the two marks, mm.
+    rim_mm
+        (2, 2) lower and upper end of the rim in the neck frame, mm, as read off the picture.
+    """
+
+    mark_distance_mm: float | None = None
+    rim_mm: Array | None = None
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> RecordedNeck:
+        """Return what a scenario's marker file says; nothing without such a file."""
+        recording = scenario.recording
+        if recording is None or recording.markers is None or not Path(recording.markers).is_file():
+            return cls()
+        markers = read_markers(recording.markers)
+        distance = markers.scale_mm.get(markers.moving)
+        return cls(distance, None if distance is None else _rim_mm(markers, distance))
+
+
+def _rim_mm(markers: MarkerFile, mark_distance_mm: float) -> Array | None:
+    """Return the ends (2, 2) of the rim in the neck frame, None if they were not marked."""
+    marks = [markers.positions_px.get(name) for name in DEFAULT_BODIES["package"]]
+    if markers.style is None or markers.plane is not None or None in marks:
+        return None
+    # Pictures count y downwards.
+    lower, upper, *rim = (
+        np.array(at, float) * (1.0, -1.0)
+        for at in (*marks, markers.style.rim_lower, markers.style.rim_upper)
+    )
+    length_px = float(np.linalg.norm(upper - lower))
+    across = (upper - lower) / length_px
+    along = np.array([across[1], -across[0]])
+    away = (np.array(rim) - lower) * (mark_distance_mm / length_px)
+    return np.column_stack([away @ along, away @ across])

@@ -78,7 +78,8 @@ def settings_layer(settings: Sequence[str], folder: Path) -> SettingsLayer:
     SettingError
         If a text is none, or a key is given twice.
     """
-    return SettingsLayer(document_from([split_setting(text) for text in settings]), folder)
+    document = document_from([split_setting(text) for text in settings])
+    return SettingsLayer(document, folder, same_sip=True)
 
 
 def document_from(values: Sequence[tuple[str, Value]]) -> dict[str, Any]:

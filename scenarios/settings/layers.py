@@ -46,11 +46,15 @@ class SettingsLayer:
         What its relative paths start from.
     name
         What it is called in front of a message; empty if that goes without saying.
+    same_sip
+        Whether a motion in it is of the sip that earlier layers describe, so that a neck in it is
+        another one than the filmed one.
     """
 
     document: Mapping[str, Value]
     folder: Path
     name: str = ""
+    same_sip: bool = False
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, is_dataclass, replace
 from pathlib import Path, PurePath
 from typing import Any, Protocol
 
-from geometry2d.foundation.errors import naming
+from geometry2d.foundation.errors import DrinksimError, naming
 from geometry2d.foundation.progress import ProgressOption
 from geometry2d.foundation.provided import Provided
 from geometry2d.foundation.settings import setting
@@ -178,8 +178,9 @@ class Scenario:
         changes
             By table: a mapping of keys to values, a whole table (which replaces this one), or None
             for its defaults (or none, where it may be absent). By key joined with its tables by
-            dots: a value. ``motion`` may be the path of a file, or a motion. Relative paths start
-            from the current directory.
+            dots: a value. ``motion`` may be the path of a file, or a motion; it is of the package
+            that the result has, while :meth:`with_motion` takes one of the scenario's own film.
+            Relative paths start from the current directory.
 
         Examples
         --------
@@ -286,6 +287,9 @@ IN_MEMORY = MotionFile("motion.csv")
 
 SHAPE = Shape.of(Scenario)
 
+RUN_SCENARIO, RUN_MOTION = "scenario.toml", "motion"
+"""Where a run directory keeps its scenario, and the folder of its motion."""
+
 FILM = ("recording.", "motion.")
 """Beginnings of the paths of keys that say what was filmed."""
 
@@ -332,19 +336,57 @@ def _with_filmed(layers: Sequence[SettingsLayer], given: Mapping[str, Given]) ->
     """Return what is given with the filmed neck, where a later layer has put another in its place.
 
     The layer that names the film, or its motion, means the neck that was filmed, unless it says
-    otherwise itself.
+    otherwise itself. A motion that lies in a run directory is of the neck of that run.
     """
-    film = max((each.layer for path, each in given.items() if path.startswith(FILM)), default=0)
-    if any(each.layer >= film for path, each in given.items() if path.startswith("filmed.")):
+    motion = given.get("motion.file")
+    run = None if motion is None else _package_of_run(Path(str(motion.value)), layers[motion.layer])
+    film = _layer_of_film(layers, given) if run is None or motion is None else motion.layer
+    stated = {path: each for path, each in given.items() if path.split(".")[0] == "filmed"}
+    if any(each.layer >= film for each in stated.values()):
         return dict(given)
-    kept = {path: each for path, each in given.items() if not path.startswith("filmed.")}
-    then, now = (
-        table_from(Package, nested(values).get("package", {}), where="package")
-        for values in (laid_over(SHAPE, layers[: film + 1]), given)
-    )
-    if replace(then, mass_g=None) == replace(now, mass_g=None):
+    kept = {path: each for path, each in given.items() if path not in stated}
+    now = table_from(Package, nested(given).get("package", {}), where="package")
+    then = run
+    if then is None:
+        document = nested(laid_over(SHAPE, layers[: film + 1])).get("package", {})
+        then = table_from(Package, document, where="package")
+    if _same_neck(then, now):
         return kept
     return kept | {f"filmed.{path}": Given(v, film) for path, v in values_by_path(then).items()}
+
+
+def _layer_of_film(layers: Sequence[SettingsLayer], given: Mapping[str, Given]) -> int:
+    """Return the number of the last layer that says which sip was filmed."""
+    films = {each.layer for path, each in given.items() if path.startswith(FILM)}
+    own = [number for number, layer in enumerate(layers) if not layer.same_sip]
+    return max((number for number in own if number in films), default=max(own, default=0))
+
+
+def _package_of_run(motion: Path, layer: SettingsLayer) -> Package | None:
+    """Return the filmed package of the run directory that a layer's motion lies in, if known.
+
+    None too if the layer is that run's own scenario.
+    """
+    run = motion.parent.parent
+    file = run / RUN_SCENARIO
+    if motion.parent.name != RUN_MOTION or not file.is_file() or layer.folder == run:
+        return None
+    try:
+        return load_scenario(file).filmed_package
+    except DrinksimError:
+        # Another version's run: its motion can be used, its settings are not known.
+        return None
+
+
+def _same_neck(one: Package, other: Package) -> bool:
+    """Whether two packages have the same neck: measured alike, or drawn in equal files."""
+    drawings = [package.outline for package in (one, other)]
+    if None in drawings:
+        return replace(one, mass_g=None) == replace(other, mass_g=None)
+    drawn = [Path(str(drawing)) for drawing in drawings]
+    if drawn[0] != drawn[1] and not all(file.is_file() for file in drawn):
+        return False
+    return drawn[0] == drawn[1] or drawn[0].read_bytes() == drawn[1].read_bytes()
 
 
 def resolved_toml(scenario: Scenario) -> str:

@@ -16,10 +16,11 @@ import shapely
 from numpy.typing import NDArray
 
 from geometry2d.anatomy.head import HeadSection
-from geometry2d.crests import crests_behind_marks
+from geometry2d.crests import crests_behind_marks, end_fullness
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
+from scenarios.placing.recorded_motion import RecordedNeck
 from scenarios.results.quantities import WALLS
 from scenarios.sip.clearance import Approach
 
@@ -46,6 +47,18 @@ MARKS_APART = 0.1
 DIAMETERS = (15.0, 80.0)
 """Outer diameters of openings that people drink from, mm."""
 
+OTHER_RIM = 1.25
+"""Ratio of a rim's width to the one read off the film, or of that to it, that no eye makes."""
+
+RIM_OFF_MM = 5.0
+"""A rim's edge so far from where it was read off the film is another neck's."""
+
+FULLER = 0.08
+"""Share of a wall's thickness by which a cut end is fuller than a rounded rim."""
+
+IN_NOSE_MM = 2.0
+"""A neck that goes so deep into a nose at rest pushes it aside, which is not computed."""
+
 OTHER_DIAMETER = 1.5
 """Ratio to the filmed neck's diameter, or of that to it, that is worth a second look."""
 
@@ -55,6 +68,9 @@ LONGEST_INTERVAL_S = 0.2
 """Longer intervals between the samples of a motion resolve no sip."""
 
 LONGEST_MOTION_S = 120.0
+NOSE_ABOVE_MM = 10.0
+"""The tip of a nose is at least so far above the mouth."""
+
 LEAST_WAY_MM = 5.0
 """A neck that travels less than this does not come to a mouth and leave it."""
 
@@ -109,7 +125,7 @@ def findings_of(
     approach: Approach,
     *,
     filmed: NeckSection,
-    mark_distance_mm: float | None,
+    recorded: RecordedNeck,
 ) -> tuple[Finding, ...]:
     """Return what is wrong or odd, errors first.
 
@@ -119,13 +135,13 @@ def findings_of(
         Of the neck to the head.
     filmed
         The neck that was filmed; the approach's own if no other one is carried by it.
-    mark_distance_mm
-        Distance of the two marks according to the recording, mm; None if it is not known.
+    recorded
+        What the recording says of the filmed neck.
     """
     found = [
         *time_findings(approach.motion.time_s),
         *_size_findings(approach.head, approach.motion),
-        *neck_findings(approach.neck, filmed, mark_distance_mm),
+        *neck_findings(approach.neck, filmed, recorded),
         *jaw_findings(approach.head),
     ]
     if not any(finding.severity is Severity.ERROR for finding in found):
@@ -156,7 +172,7 @@ def time_findings(time_s: Array) -> Iterator[Finding]:
 
 
 def neck_findings(
-    neck: NeckSection, filmed: NeckSection, mark_distance_mm: float | None
+    neck: NeckSection, filmed: NeckSection, recorded: RecordedNeck
 ) -> Iterator[Finding]:
     """Yield what is odd about a neck, beside the one that was filmed."""
     diameter, reference = diameter_mm(neck), diameter_mm(filmed)
@@ -177,7 +193,8 @@ def neck_findings(
             f"the neck is {diameter:.1f} mm in diameter and the filmed one {reference:.1f} mm: "
             "a person would hold another mouth, and this one keeps the filmed one's",
         )
-    yield from _end_findings(neck)
+    if low <= diameter <= high:
+        yield from _end_findings(neck)
     own, theirs = (float(np.linalg.norm(n.upper_mark - n.lower_mark)) for n in (neck, filmed))
     if low <= diameter <= high and abs(own - theirs) > MARKS_APART * theirs:
         yield Finding(
@@ -186,6 +203,12 @@ def neck_findings(
             f"the neck's marks are {own:.1f} mm apart and those of the filmed one {theirs:.1f} mm: "
             "only the filmed neck's say where it was; if they were measured anew, change [filmed]",
         )
+    yield from _recorded_findings(filmed, recorded)
+
+
+def _recorded_findings(filmed: NeckSection, recorded: RecordedNeck) -> Iterator[Finding]:
+    """Yield what contradicts the marker file about the neck that is said to be filmed."""
+    mark_distance_mm = recorded.mark_distance_mm
     if mark_distance_mm is not None:
         drawn = float(np.linalg.norm(filmed.upper_mark - filmed.lower_mark))
         if abs(drawn - mark_distance_mm) > MARKS_APART * mark_distance_mm:
@@ -196,6 +219,32 @@ def neck_findings(
                 f"says {mark_distance_mm:.1f} mm: correct the drawing's marks, or [scale] in the "
                 "marker file",
             )
+    if recorded.rim_mm is not None:
+        yield from _rim_findings(filmed, recorded.rim_mm)
+
+
+def _rim_findings(filmed: NeckSection, rim_mm: Array) -> Iterator[Finding]:
+    """Yield a finding if the rim in the film, ends (2, 2), is not that of the filmed neck."""
+    edges = np.array([filmed.rim_edge(wall) for wall in ("lower", "upper")])
+    drawn, seen = (float(np.linalg.norm(ends[1] - ends[0])) for ends in (edges, rim_mm))
+    remedy = "state the neck that was filmed in [filmed], or correct [style] in the marker file"
+    if max(drawn, seen) > OTHER_RIM * min(drawn, seen):
+        yield Finding(
+            Severity.ERROR,
+            "package",
+            f"the rim of the filmed neck is {drawn:.1f} mm wide and the film's, by rim_lower and "
+            f"rim_upper, {seen:.1f} mm: {remedy}",
+        )
+        return
+    off = np.linalg.norm(edges - rim_mm, axis=1)
+    if off.max() > RIM_OFF_MM:
+        end = "lower" if off[0] > off[1] else "upper"
+        yield Finding(
+            Severity.WARNING,
+            "package",
+            f"the {end} edge of the filmed neck's rim is {off.max():.1f} mm from rim_{end} in the "
+            f"film, seen from the marks: {remedy}",
+        )
 
 
 def _end_findings(neck: NeckSection) -> Iterator[Finding]:
@@ -207,6 +256,17 @@ def _end_findings(neck: NeckSection) -> Iterator[Finding]:
             "package",
             f"the neck has {crests} of its crests behind the marks and none before them: the rim "
             "is at the wrong end; mirror the drawing, so that the rim is at the smallest x",
+        )
+        return
+    measured = bool(neck.upper_stretches)
+    rim, end = (0.0, 0.0) if measured else end_fullness(neck)
+    if rim - end > FULLER:
+        yield Finding(
+            Severity.WARNING,
+            "package",
+            f"the end at the smallest x, which is taken for the rim, is {100 * rim:.0f} % as thick "
+            f"as the wall behind it and the other end {100 * end:.0f} %: rims are the rounder end; "
+            "mirror the drawing if it shows the neck the other way round",
         )
 
 
@@ -263,6 +323,7 @@ def _path_findings(approach: Approach) -> Iterator[Finding]:
     """Yield what is odd about where the neck goes."""
     yield from _turned_findings(approach)
     yield from _bone_findings(approach)
+    yield from _nose_findings(approach)
     yield from _lip_findings(approach)
 
 
@@ -308,6 +369,42 @@ def _bone_findings(approach: Approach) -> Iterator[Finding]:
                 f"into {name} at {times[worst]:.2f} s, lips aside: correct the marks or the scale, "
                 "or move the package with placement.shift_x_mm and shift_y_mm",
             )
+
+
+def _nose_findings(approach: Approach) -> Iterator[Finding]:
+    """Yield a finding if the neck goes into the nose."""
+    nose = nose_profile(approach.head)
+    walls = np.concatenate([getattr(approach.neck, wall).sampled(SPACING_MM) for wall in WALLS])
+    points = np.stack([place.apply(walls) for place in approach.placements])
+    inside = shapely.contains_xy(shapely.Polygon(nose), points[..., 0], points[..., 1])
+    depth = np.zeros(points.shape[:2])
+    depth[inside] = shapely.distance(shapely.LineString(nose), shapely.points(points[inside]))
+    deepest = depth.max(axis=1)
+    worst = int(np.argmax(deepest))
+    if deepest[worst] > IN_NOSE_MM:
+        yield Finding(
+            Severity.ERROR if deepest[worst] > DEEP_MM else Severity.WARNING,
+            "placement",
+            f"the neck, {diameter_mm(approach.neck):.1f} mm in diameter, goes {deepest[worst]:.1f} "
+            f"mm into the nose at rest at {approach.time_s[worst]:.2f} s: correct the marks or the "
+            "scale, or move the package with placement.shift_x_mm and shift_y_mm",
+        )
+
+
+def nose_profile(head: HeadSection) -> Array:
+    """Return the profile (n, 2) of the nose, from its back to where it meets the lip, mm."""
+    profile, lip = head.profile, head.landmarks["stomion_upper"]
+    # The profile runs from the forehead down.
+    above = profile[: int(np.argmin(np.hypot(*(profile - lip).T)))]
+    tip = int(np.argmax(np.where(above[:, 1] > lip[1] + NOSE_ABOVE_MM, above[:, 0], -np.inf)))
+    chord = above[-1] - above[tip]
+    inside = (above[tip:, 0] - above[tip, 0]) * chord[1] - (above[tip:, 1] - above[tip, 1]) * chord[
+        0
+    ]
+    base = tip + int(np.argmax(inside))
+    back = int(np.argmin(np.abs(above[: tip + 1, 1] - (2 * above[tip, 1] - above[base, 1]))))
+    nose: Array = above[back : base + 1]
+    return nose
 
 
 def _lip_findings(approach: Approach) -> Iterator[Finding]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,11 +21,10 @@ from fem2d.solvers.state import State
 from fem2d.threads import Threads
 from geometry2d.foundation.progress import Progress, Warn, no_progress, silent
 from geometry2d.rigid import RigidMotion, RigidPlacement
-from mocap.tracking.marker_file import read_markers
 from scenarios.messages import lines
 from scenarios.placing.carrying import CarriedNeck, carried
 from scenarios.placing.placement import Placed, place
-from scenarios.placing.recorded_motion import recorded_motion
+from scenarios.placing.recorded_motion import RecordedNeck, recorded_motion
 from scenarios.results.increment import Increment, SectionModel
 from scenarios.results.quantities import LIPS
 from scenarios.results.recorder import Recorder, restored
@@ -216,7 +214,7 @@ def placed_neck(scenario: Scenario) -> PlacedNeck:
     placed = place(scenario, filmed, head, recorded_motion(scenario, filmed, head))
     carried_neck = carried(placed.motion, filmed, neck, scenario.placement.anchor)
     approach = Approach(placed.head, neck, carried_neck.motion)
-    found = findings_of(approach, filmed=filmed, mark_distance_mm=mark_distance_mm(scenario))
+    found = findings_of(approach, filmed=filmed, recorded=RecordedNeck.of(scenario))
     return PlacedNeck(placed, carried_neck, approach, found)
 
 
@@ -224,7 +222,7 @@ def neck_findings_of(scenario: Scenario) -> tuple[Finding, ...]:
     """Return what is wrong or odd about neck and head, before any motion is known."""
     neck, filmed = scenario.package.section(), scenario.filmed_package.section()
     return (
-        *neck_findings(neck, filmed, mark_distance_mm(scenario)),
+        *neck_findings(neck, filmed, RecordedNeck.of(scenario)),
         *jaw_findings(scenario.head.section()),
     )
 
@@ -239,15 +237,6 @@ def refuse_unusable(scenario: Scenario, warn: Warn = silent) -> None:
     """
     check_inputs(scenario)
     refuse_contradictions(neck_findings_of(scenario), warn)
-
-
-def mark_distance_mm(scenario: Scenario) -> float | None:
-    """Return how far apart the recording's two marks on the neck are, mm; None if unknown."""
-    recording = scenario.recording
-    if recording is None or recording.markers is None or not Path(recording.markers).is_file():
-        return None
-    markers = read_markers(recording.markers)
-    return markers.scale_mm.get(markers.moving)
 
 
 def refuse_contradictions(found: Sequence[Finding], warn: Warn = silent) -> None:

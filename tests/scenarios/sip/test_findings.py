@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 from geometry2d.anatomy.head import HeadMeasurements, HeadSection, head_section
+from geometry2d.drawings.drawn_neck import drawn_neck
 from geometry2d.neck import A38_NECK, DC_NECK, NeckSection, neck_section
 from geometry2d.rigid import RigidMotion
+from scenarios.placing.recorded_motion import RecordedNeck
+from scenarios.settings.files import recorded_names
+from scenarios.settings.scenario import load_scenario
 from scenarios.sip.clearance import Approach
-from scenarios.sip.findings import Finding, Severity, findings_of
+from scenarios.sip.findings import Finding, Severity, findings_of, nose_profile
+from tests.support.drawings import neck_drawing
 
 TIMES = np.linspace(0.0, 4.0, 101)
 
@@ -40,7 +45,7 @@ def about(found: tuple[Finding, ...], subject: str) -> Finding:
 
 def found_with(head, neck, motion, *, filmed=None, marks=14.0):
     approach = Approach(head, neck, motion)
-    return findings_of(approach, filmed=filmed or neck, mark_distance_mm=marks)
+    return findings_of(approach, filmed=filmed or neck, recorded=RecordedNeck(marks))
 
 
 def test_a_sip_as_it_should_be_has_no_findings(head, neck):
@@ -155,6 +160,63 @@ def test_a_mirrored_drawing_has_its_thread_behind_the_marks(head, neck):
     assert "2 of its crests behind the marks" in finding.message
     for plain in (neck_section(replace(A38_NECK, crests=0)), neck_section(DC_NECK)):
         assert not any("crests" in f.message for f in found_with(head, plain, sip(), filmed=neck))
+
+
+@pytest.mark.parametrize("measured", [A38_NECK, DC_NECK], ids=["A38", "DC"])
+def test_a_mirrored_drawing_without_a_thread_has_its_cut_end_in_front(head, measured, tmp_path):
+    plain, sheet = replace(measured, crests=0), tmp_path / "neck.svg"
+    for turned in (False, True):
+        sheet.write_text(neck_drawing(plain, mirrored=turned), encoding="utf-8")
+        found = found_with(head, drawn_neck(sheet), sip(), filmed=neck_section(A38_NECK))
+        told = [f for f in found if "rims are the rounder end" in f.message]
+        assert len(told) == turned
+        assert all(f.severity is Severity.WARNING for f in told)
+
+
+def test_a_measured_neck_may_have_a_sharp_rim(head, neck):
+    sharp = neck_section(replace(A38_NECK, rim_radius_mm=0.1))
+    assert not any("rounder" in f.message for f in found_with(head, sharp, sip(), filmed=neck))
+
+
+def test_a_neck_that_the_film_does_not_show(head, neck):
+    wide = np.array([neck.rim_edge(wall) for wall in ("lower", "upper")])
+    approach = Approach(head, neck_section(DC_NECK), sip())
+
+    def found(filmed, rim):
+        return findings_of(approach, filmed=filmed, recorded=RecordedNeck(14.0, rim))
+
+    finding = about(found(neck_section(DC_NECK), wide), "package")
+    assert finding.severity is Severity.ERROR
+    assert "23.0 mm wide" in finding.message
+    assert "34.8 mm" in finding.message
+    assert not any(f.subject == "package" for f in found(neck, wide + np.array([2.0, -1.0])))
+    finding = about(found(neck, wide + np.array([6.0, 0.0])), "package")
+    assert finding.severity is Severity.WARNING
+    assert "6.0 mm from rim_" in finding.message
+
+
+@pytest.mark.parametrize("name", recorded_names())
+def test_marker_files_of_the_library_show_the_rim_to_a_millimetre(name):
+    scenario = load_scenario(name)
+    rim = RecordedNeck.of(scenario).rim_mm
+    assert rim is not None
+    filmed = scenario.filmed_package.section()
+    edges = [filmed.rim_edge(wall) for wall in ("lower", "upper")]
+    np.testing.assert_allclose(rim, edges, atol=1.0)
+
+
+@pytest.mark.parametrize(("up_mm", "severity"), [(11.0, Severity.WARNING), (17.0, Severity.ERROR)])
+def test_a_neck_in_the_nose(head, neck, up_mm, severity):
+    found = [
+        f for f in found_with(head, neck, sip(x=4.0, y=up_mm)) if "the nose at rest" in f.message
+    ]
+    assert [f.severity for f in found] == [severity]
+
+
+def test_the_nose_ends_where_the_lip_begins(head):
+    drawn = head.landmarks["subnasale"]
+    moved = replace(head, landmarks={k: v for k, v in head.landmarks.items() if k != "subnasale"})
+    assert np.hypot(*(nose_profile(moved)[-1] - drawn)) < 0.1
 
 
 def mirrored(outline, about_twice):
