@@ -6,15 +6,18 @@ digits: element fields in single precision, history to nine significant digits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.output import partial_directory
 from geometry2d.foundation.provided import Provided
 from geometry2d.rigid import UNMOVED, RigidPlacement
@@ -206,7 +209,8 @@ class Solution:
         folder = Path(folder)
         _check_run_directory(folder)
         summary = checked_summary(folder)
-        history = read_history(folder / HISTORY_FILE)
+        with _written_by(summary, folder):
+            history = read_history(folder / HISTORY_FILE)
         with opened(folder / FIELDS_FILE) as store:
             if store["increments/time_s"].shape != history["time_s"].shape:
                 raise SolutionError(
@@ -248,7 +252,8 @@ class Solution:
         if self.replayed is not None:
             return self.replayed
         assert self.folder is not None  # a solution without a folder knows its scenario
-        return load_scenario(str(self.folder / "scenario.toml"))
+        with _written_by(self.summary, self.folder):
+            return load_scenario(str(self.folder / "scenario.toml"))
 
     @cached_property
     def motion(self) -> Motion:
@@ -359,6 +364,21 @@ def same_values(one: Any, other: Any) -> bool:
             same_values(getattr(one, item.name), getattr(other, item.name)) for item in fields(one)
         )
     return bool(one == other)
+
+
+@contextmanager
+def _written_by(summary: Mapping[str, Any], folder: Path) -> Iterator[None]:
+    """Name the version that wrote a run if it is another one and the run cannot be read."""
+    try:
+        yield
+    except DrinksimError as error:
+        earlier, here = summary["version"], version("drinksim")
+        if earlier == here:
+            raise
+        raise SolutionError(
+            f"{folder} was made by drinksim {earlier}, and drinksim {here} cannot read it: replay "
+            f"it again, or open it with the version that made it ({error})"
+        ) from error
 
 
 def _lip_contact(increments: Sequence[Increment], lip: str) -> LipContact:

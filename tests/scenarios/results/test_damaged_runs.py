@@ -11,6 +11,8 @@ import h5py
 import pytest
 
 from scenarios.cli.main import main
+from scenarios.results.increment import SolutionError
+from scenarios.results.solution import Solution
 from scenarios.results.summary import SUMMARY_FILE
 from tests.support.made_up_sip import resealed
 
@@ -109,3 +111,26 @@ def test_another_summary_is_damaged(run: Path, capsys: pytest.CaptureFixture[str
     summary["upper_lip_window_kpa"] = 1.0
     file.write_text(json.dumps(summary), encoding="utf-8")
     refused(run, capsys, SUMMARY_FILE)
+
+
+def made_by_another_version(run: Path) -> Path:
+    file = run / SUMMARY_FILE
+    summary = json.loads(file.read_text(encoding="utf-8"))
+    file.write_text(json.dumps({**summary, "version": "0.1.7"}), encoding="utf-8")
+    return resealed(run)
+
+
+def test_settings_of_another_version_are_told_as_such(run: Path) -> None:
+    file = run / "scenario.toml"
+    text = file.read_text(encoding="utf-8")
+    file.write_text(text + "[of_another_version]\nkey = 1\n", encoding="utf-8")
+    with pytest.raises(SolutionError, match=r"made by drinksim 0\.1\.7.*of_another_version"):
+        _ = Solution.load(made_by_another_version(run)).scenario
+
+
+def test_a_history_of_another_version_is_told_as_such(run: Path) -> None:
+    file = run / "history.csv"
+    text = file.read_text(encoding="utf-8").replace("time_s,", "time,", 1)
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(SolutionError, match=r"made by drinksim 0\.1\.7, and drinksim .* replay it"):
+        Solution.load(made_by_another_version(run))
