@@ -314,7 +314,7 @@ NECKS = (
     Mistake("a measurement beside a drawing", drawn(more=("package.thread_diameter_mm=36",)),
         r"thread_diameter_mm"),
     Mistake("a drawn neck of half the size", drawn(neck=replace(
-        A38_NECK, thread_diameter_mm=18.0, root_diameter_mm=16.5)), r"18\.0 mm"),
+        A38_NECK, thread_diameter_mm=18.0, root_diameter_mm=16.5)), r"18\.0 mm", Right.FLAGGED),
     Mistake("radii instead of diameters", settings(
         "package.thread_diameter_mm=18.6", "package.root_diameter_mm=17.4"), r"18\.6",
         Right.FLAGGED),

@@ -197,13 +197,18 @@ def neck_findings(
         yield from _end_findings(neck)
     own, theirs = (float(np.linalg.norm(n.upper_mark - n.lower_mark)) for n in (neck, filmed))
     if low <= diameter <= high and abs(own - theirs) > MARKS_APART * theirs:
-        yield Finding(
-            Severity.WARNING,
-            "package",
-            f"the neck's marks are {own:.1f} mm apart and those of the filmed one {theirs:.1f} mm: "
-            "only the filmed neck's say where it was; if they were measured anew, change [filmed]",
-        )
+        yield _other_marks(own, theirs, drawn=not neck.upper_stretches)
     yield from _recorded_findings(filmed, recorded)
+
+
+def _other_marks(own_mm: float, filmed_mm: float, *, drawn: bool) -> Finding:
+    """Return that a neck has other marks than the filmed one: a drawing repeats these."""
+    told = f"marks are {own_mm:.1f} mm apart and those of the filmed one {filmed_mm:.1f} mm: "
+    if drawn:
+        remedy = "draw upper_mark and lower_mark where the recording has its two marks"
+        return Finding(Severity.ERROR, "package", f"the drawn neck's {told}{remedy}")
+    remedy = "only the filmed neck's say where it was; if they were measured anew, change [filmed]"
+    return Finding(Severity.WARNING, "package", f"the neck's {told}{remedy}")
 
 
 def _recorded_findings(filmed: NeckSection, recorded: RecordedNeck) -> Iterator[Finding]:

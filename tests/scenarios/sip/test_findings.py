@@ -257,6 +257,15 @@ def test_marks_that_are_not_those_of_the_filmed_neck_are_odd(head, neck):
     assert "20.0 mm apart and those of the filmed one 14.0 mm" in finding.message
 
 
+def test_marks_of_a_drawing_are_those_of_the_film(head, neck, tmp_path):
+    sheet = tmp_path / "neck.svg"
+    for marks_mm in (14.0, 20.0):
+        sheet.write_text(neck_drawing(marks_mm=marks_mm), encoding="utf-8")
+        found = found_with(head, drawn_neck(sheet), sip(), filmed=neck)
+        told = [f for f in found if f.severity is Severity.ERROR and "apart" in f.message]
+        assert len(told) == (marks_mm == 20.0)
+
+
 def test_a_neck_in_the_teeth(head, neck):
     found = found_with(head, neck, sip(x=-16.0))
     assert any("incisor" in f.message and f.severity is Severity.ERROR for f in found)
