@@ -1,6 +1,6 @@
 """Run directories damaged in every way: none is shown in silence, none ends in a traceback.
 
-    python -m benchmarks.damaged_runs [--count 150] [--seed 0]
+    python -m benchmarks.damaged_runs [--count 150] [--first 0] [--seconds S] [--seed 0]
 
 A short run is replayed, and copies of it are damaged: a file is cut, some of its bits are flipped,
 it is removed, emptied, or another run's; a table holds a text or no number, or its rows are turned
@@ -21,6 +21,7 @@ import random
 import shutil
 import sys
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -131,9 +132,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print the table; return 1 if anything is at fault."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--count", type=int, default=150)
+    options.add_argument("--first", type=int, default=0, help="number at which to go on")
+    options.add_argument("--seconds", type=float, default=1e9, help="no damage after so many")
     options.add_argument("--seed", type=int, default=0)
     chosen = options.parse_args(arguments)
-    rng = random.Random(chosen.seed)
+    began, done = time.monotonic(), 0
     counts: dict[str, Counter[str]] = {}
     at_fault = 0
     with tempfile.TemporaryDirectory() as temporary:
@@ -146,7 +149,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             shutil.copytree(place / "run" / folder, place / folder)
         files = [f for f in sorted((place / "run").rglob("*")) if f.is_file()]
         known = json.loads((place / "run" / SUMMARY_FILE).read_text())[FILES].keys()
-        for number in range(chosen.count):
+        for number in range(chosen.first, chosen.count):
+            if time.monotonic() - began > chosen.seconds:
+                break
+            done, rng = done + 1, random.Random(f"{chosen.seed} {number}")
             name = files[number % len(files)].relative_to(place / "run").as_posix()
             damage = rng.choice(DAMAGES)
             damaged = place / "damaged" / "run"
@@ -176,7 +182,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             shutil.rmtree(place / "damaged")
     for command, kinds in counts.items():
         print(f"| {command} | {kinds['refused']} refused | {kinds['shown']} shown |")
-    print(f"{at_fault} at fault of {chosen.count} damaged run directories")
+    print(f"{at_fault} at fault of {done} damaged run directories from {chosen.first}")
     return int(at_fault > 0)
 
 

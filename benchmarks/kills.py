@@ -1,12 +1,13 @@
 """A short replay, killed again and again, goes on to the same bytes every time.
 
-    python -m benchmarks.kills [--count 200] [--seconds S] [--seed 0] [--keep FOLDER]
+    python -m benchmarks.kills [--count 200] [--first 0] [--seconds S] [--seed 0] [--keep FOLDER]
 
 Every other kill comes at a random time of the replay, the others at a random one of its operations
 on files and folders (opening, renaming, removing, making, listing). The replay is then resumed once
 in another process; what it leaves has to be byte for byte what a replay leaves that nobody killed,
-and nothing else may lie beside it. Prints a row of a table: kills, how many came before there was
-anything to go on from, and how many failed.
+and nothing else may lie beside it. A series may be done in parts, each from its first number on.
+Prints a row of a table: kills, how many came before there was anything to go on from, and how many
+failed.
 """
 
 from __future__ import annotations
@@ -107,6 +108,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print the row; return 1 if anything failed."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--count", type=int, default=200)
+    options.add_argument("--first", type=int, default=0, help="number at which to go on")
     options.add_argument("--seed", type=int, default=0)
     options.add_argument("--seconds", type=float, default=1e9, help="no kill after so many")
     options.add_argument("--keep", type=Path, help="folder for what failed")
@@ -123,11 +125,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for number in range(chosen.count):
             if time.monotonic() - began > chosen.seconds:
                 break
-            folder = place / f"{number}"
-            folder.mkdir()
             when = {"at_operation": rng.randint(1, undisturbed.operations)}
             if number % 2:
                 when = {"after_s": rng.uniform(0.0, undisturbed.seconds)}
+            if number < chosen.first:
+                continue
+            folder = place / f"{number}"
+            folder.mkdir()
             in_a_process(lambda at=folder / "run": solve(scenario, out=at), **when)
             kills += 1
             fresh += not any(folder.glob("run*/increments/*.npz"))
@@ -139,7 +143,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                     shutil.copytree(folder, chosen.keep / folder.name)
             shutil.rmtree(folder)
     print(
-        f"| {kills} kills | undisturbed {undisturbed.operations} operations, "
+        f"| {kills} kills from {chosen.first} | undisturbed {undisturbed.operations} operations, "
         f"{undisturbed.seconds:.1f} s | {fresh} before the first increment or after the last "
         f"| {failed} failed |"
     )

@@ -2,11 +2,11 @@
 
     python -m benchmarks.mistakes [NAME ...] [--keep FOLDER]
 
-Every mistake of `benchmarks.mistake_list` is made in a folder of its own and typed as a command. It
-has to be refused (exit code 2, one line on the standard error) or flagged (a warning), with words
-that name the culprit, its value and the remedy, before `SECONDS` have passed: of the processor, so
-that other work on the machine does not count. A command is ended as soon as the warning is there:
-what it would compute is not waited for.
+Every mistake of `benchmarks.mistake_list` and `benchmarks.decision_mistakes` is made in a folder of
+its own and typed as a command. It has to be refused (exit code 2, one line on the standard error)
+or flagged (a warning), with words that name the culprit, its value and the remedy, before `SECONDS`
+have passed: of the processor, so that other work on the machine does not count. A command is ended
+as soon as the warning is there: what it would compute is not waited for.
 
 A row of the table: the mistake, what was wanted and whether it came, how soon, and what was said.
 """
@@ -24,6 +24,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.decision_mistakes import DECISIONS
 from benchmarks.mistake_list import MISTAKES, Mistake, Right
 
 SECONDS = 3.0
@@ -100,7 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     chosen = options.parse_args(arguments)
     at_fault = 0
     with tempfile.TemporaryDirectory() as temporary:
-        for mistake in MISTAKES:
+        for mistake in (*MISTAKES, *DECISIONS):
             if chosen.names and mistake.name not in chosen.names:
                 continue
             folder = (chosen.keep or Path(temporary)).absolute() / re.sub(r"\W+", "-", mistake.name)

@@ -74,14 +74,28 @@ def _refuse_same_names(names: Sequence[str]) -> None:
             raise StudyError(f"motions.list holds {name!r} twice: name every motion once")
 
 
-def _filmed_sip(study: StudySettings, name: str, out: Path, progress: Progress) -> FilmedSip:
-    """Return the filmed sip of a scenario's name or file, or of a motion.csv."""
-    is_motion = name.lower().endswith(".csv")
+def scenarios_of(study: StudySettings) -> tuple[Scenario, ...]:
+    """Return what the motions of a study are part of, nothing converted yet."""
+    return tuple(_scenario_of(study, name) for name in study.motions or (study.base,))
+
+
+def _scenario_of(study: StudySettings, name: str) -> Scenario:
+    """Return the scenario of a scenario's name or file, or of a motion.csv."""
+    is_motion = _is_motion(name)
     layers = file_layers(study.base if is_motion else name, study.folder)
     layers.append(SettingsLayer(study.settings or {}, study.folder, name="[set]", same_sip=True))
     if is_motion:
         layers.append(SettingsLayer({"motion": {"file": name}}, study.folder, same_sip=True))
-    scenario = scenario_from(layers)
+    return scenario_from(layers)
+
+
+def _is_motion(name: str) -> bool:
+    return name.lower().endswith(".csv")
+
+
+def _filmed_sip(study: StudySettings, name: str, out: Path, progress: Progress) -> FilmedSip:
+    """Return the filmed sip of a scenario's name or file, or of a motion.csv."""
+    scenario = _scenario_of(study, name)
     refuse_unusable(scenario)
     motion = _converted(scenario, out, progress)
     base = scenario.with_motion(motion).with_(recording=None)
@@ -96,7 +110,7 @@ def _filmed_sip(study: StudySettings, name: str, out: Path, progress: Progress) 
         if hand.upper_force_n is None:
             hand = replace(hand, reference=str(reference))
     return FilmedSip(
-        Path(name).stem if is_motion else base.name,
+        Path(name).stem if _is_motion(name) else base.name,
         filmed,
         replace(base, hand=hand),
         Meeting.of(filmed),

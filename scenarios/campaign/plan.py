@@ -13,7 +13,7 @@ from geometry2d.foundation.output import file_at_once
 from geometry2d.foundation.progress import Progress
 from scenarios.campaign.cases import Case, case_of
 from scenarios.campaign.design import Point, design_points
-from scenarios.campaign.films import NAME_LENGTH, REFERENCES, FilmedSip
+from scenarios.campaign.films import NAME_LENGTH, REFERENCES, FilmedSip, scenarios_of
 from scenarios.campaign.necks import NamedNeck, named_necks
 from scenarios.campaign.panel import Drinker, Panel, panel_of
 from scenarios.campaign.settings import StudySettings
@@ -58,8 +58,13 @@ def planned(study: StudySettings, out: Path, progress: Progress) -> Plan:
     DrinksimError
         If a sip contradicts itself; it is named.
     """
+    # What can be known of the necks is known before a film is converted.
+    scenarios = scenarios_of(study)
+    necks = named_necks(study.necks, study.folder, base=_neck_name(scenarios[0]))
+    points = design_points(study.design, study.vary)
+    for scenario in scenarios:
+        _check_necks(scenario, necks, points)
     panel = panel_of(study, out, progress)
-    necks = named_necks(study.necks, study.folder, base=_neck_name(panel.films[0].base))
     return plan_for(panel, [_kept(neck, panel.out) for neck in necks])
 
 
@@ -73,7 +78,7 @@ def plan_for(panel: Panel, necks: Sequence[NamedNeck]) -> Plan:
     """
     points = design_points(panel.settings.design, panel.settings.vary)
     for film in panel.films:
-        _check_necks(film, necks, points)
+        _check_necks(film.base, necks, points)
     cases = tuple(_cases(panel, necks, points))
     return Plan(panel.settings, panel.films, tuple(necks), panel.people, cases)
 
@@ -118,13 +123,13 @@ def _references(films: Sequence[FilmedSip]) -> dict[str, str]:
     }
 
 
-def _check_necks(film: FilmedSip, necks: Sequence[NamedNeck], points: Sequence[Point]) -> None:
+def _check_necks(base: Scenario, necks: Sequence[NamedNeck], points: Sequence[Point]) -> None:
     """Check every neck, with every value of its measurements, on the filmed head."""
     seen: list[Scenario] = []
     for neck in necks:
         for point in points:
             with naming(f"neck {neck.name}"):
-                scenario = _varied(film.base, neck, point)
+                scenario = _varied(base, neck, point)
                 if any(scenario.package == other.package for other in seen):
                     continue
                 seen.append(scenario)

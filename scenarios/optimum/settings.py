@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from itertools import islice, product
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from geometry2d.foundation.errors import naming
 from geometry2d.foundation.settings import range_error, setting
 from geometry2d.foundation.toml import read_toml, shown
 from geometry2d.neck import NECKS, NeckMeasurements
+from scenarios.campaign.films import scenarios_of
 from scenarios.campaign.measures import HEADLINE, MEASURES
 from scenarios.campaign.settings import StudySettings, study_from
 from scenarios.campaign.variation import StudyError
@@ -36,6 +38,10 @@ CLOSURES: Mapping[str, Mapping[str, float]] = {
 
 NEW_TABLES = ("bounds", "objectives", "constraints", "search")
 NOT_HERE = ("necks", "vary", "design")
+
+
+MOST_CHOICES = 3**6
+"""Necks that are looked at to tell whether bounds leave any: three values of each of seven."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +161,7 @@ def optimum_from(document: Mapping[str, Any], *, folder: Path, name: str) -> Opt
     closure = constraints.closure
     if closure is not None and closure not in CLOSURES:
         raise StudyError(f"constraints.closure = {shown(closure)}: {nearest(closure, CLOSURES)}")
-    return OptimumSettings(
+    found = OptimumSettings(
         study=study_from(rest, folder=folder, name=name),
         neck=str(neck),
         bounds=_bounds(document.get("bounds", {}), closure),
@@ -163,6 +169,38 @@ def optimum_from(document: Mapping[str, Any], *, folder: Path, name: str) -> Opt
         constraints=constraints,
         search=table_from(TrialSettings, document.get("search", {}), where="search"),
     )
+    _refuse_impossible_bounds(found)
+    _refuse_seal_without_liquid(found)
+    return found
+
+
+def _refuse_impossible_bounds(settings: OptimumSettings) -> None:
+    """Refuse an end of bounds that makes no neck, wherever within theirs the others are."""
+    others = {name: (*ends, 0.5 * sum(ends)) for name, ends in settings.bounds.items()}
+    for name, ends in settings.bounds.items():
+        for word, end in zip(("from", "to"), ends, strict=True):
+            choices = {**others, name: (end,)}
+            reasons = []
+            for values in islice(product(*choices.values()), MOST_CHOICES):
+                try:
+                    settings.measurements(dict(zip(choices, values, strict=True)))
+                    break
+                except ImpossibleError as error:
+                    reasons.append(str(error))
+            else:
+                raise StudyError(
+                    f"bounds.{name}: {word} = {end:g} makes no neck, whatever the others are: "
+                    f"{reasons[0]}"
+                )
+
+
+def _refuse_seal_without_liquid(settings: OptimumSettings) -> None:
+    """Refuse a seal that is asked for while there is nothing to hold back."""
+    asked = [name for name in settings.objectives if "seal_margin" in name]
+    if settings.constraints.least_seal_kpa is not None:
+        asked.append("constraints.least_seal_kpa")
+    if asked and any(scenario.liquid is None for scenario in scenarios_of(settings.study)):
+        raise StudyError(f"{asked[0]} needs a liquid: give [set.liquid] volume_ml")
 
 
 def _bounds(table: Any, closure: str | None) -> dict[str, tuple[float, float]]:

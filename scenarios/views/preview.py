@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geometry2d.anatomy.head import HeadSection
-from geometry2d.foundation.output import file_at_once
+from geometry2d.foundation.errors import DrinksimError
+from geometry2d.foundation.output import check_writable, file_at_once
 from geometry2d.foundation.progress import Progress
 from geometry2d.neck import NeckSection
 from geometry2d.rigid import RigidMotion, RigidPlacement, rotated
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
 INK, ALARM, NOTICE = "#2b2320", "#a3271c", "#8a5a00"
 
+ENDINGS = (".png", ".svg", ".pdf")
+
 HALF_VIEW_MM = 40.0
 """Half the width and the height of a panel."""
 
@@ -36,6 +39,10 @@ LINE_CHARACTERS = 118
 DOTS_PER_INCH = 110
 PANEL_INCHES = 4.2
 ROW_INCHES = 0.24
+
+
+class PreviewError(DrinksimError):
+    """A preview cannot be drawn as it is asked for."""
 
 
 def write_preview(scenario: Scenario, out: Path, *, progress: Progress) -> tuple[Finding, ...]:
@@ -55,8 +62,11 @@ def write_preview(scenario: Scenario, out: Path, *, progress: Progress) -> tuple
     Raises
     ------
     DrinksimError
-        If an input cannot be used.
+        If an input cannot be used, or ``out`` has another ending or cannot be written.
     """
+    if out.suffix.lower() not in ENDINGS:
+        raise PreviewError(f"--out {out} must end in one of {', '.join(ENDINGS)}")
+    check_writable(out)
     check_inputs(scenario)
     of_neck = neck_findings_of(scenario)
     if any(finding.severity is Severity.ERROR for finding in of_neck):

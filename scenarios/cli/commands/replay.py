@@ -56,6 +56,8 @@ def run(options: Namespace) -> int:
 
     if options.doubt is None and options.workers is not None:
         return complain("--workers has no effect without --doubt: leave it out")
+    if options.doubt is not None and options.doubt < 1:
+        return complain(f"--doubt {options.doubt}: give at least 1, or leave it out")
     scenario = chosen_scenario(options)
     try:
         solution = solve(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.decision_mistakes import DECISIONS
 from benchmarks.mistake_list import FILMS, MISTAKES, MOTIONS, NECKS, SCENARIOS, Mistake, Right
 from scenarios.cli.main import main
 
@@ -33,13 +34,15 @@ def nothing_long(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_list_is_long() -> None:
     assert len(MISTAKES) == len(FILMS) + len(MOTIONS) + len(NECKS) + len(SCENARIOS) >= 80
-    assert len({mistake.name for mistake in MISTAKES}) == len(MISTAKES)
+    assert len(DECISIONS) >= 40
+    names = {mistake.name for mistake in (*MISTAKES, *DECISIONS)}
+    assert len(names) == len(MISTAKES) + len(DECISIONS)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "mistake",
-    [m for m in MISTAKES if m.name not in SEEN_IN_THE_FILM],
+    [m for m in (*MISTAKES, *DECISIONS) if m.name not in SEEN_IN_THE_FILM],
     ids=lambda mistake: mistake.name,
 )
 def test_a_mistake_is_named(
@@ -59,7 +62,8 @@ def test_a_mistake_is_named(
         code = int(wrong_usage.code or 0)
     said = capsys.readouterr().err.splitlines()
     assert any(re.search(mistake.says, line) for line in said), said
-    assert not any(".partial" in line or "Traceback" in line for line in said)
+    assert not any("Traceback" in line for line in said)
+    assert "partial" in mistake.says or not any(".partial" in line for line in said)
     if mistake.right is Right.REFUSED:
         assert code == 2
         assert len([line for line in said if not line.startswith("drinksim: warning")]) == 1
