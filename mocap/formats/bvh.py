@@ -77,12 +77,13 @@ def _joints(file: Path, words: Iterator[str]) -> list[_Joint]:
     channels: tuple[str, ...] = ()
     try:
         for word in words:
-            if word in ("ROOT", "JOINT"):
-                name = next(words)
+            begins = word in ("ROOT", "JOINT")
+            if begins:
+                name = _name(words)
             elif word == "End":
                 next(words)
                 name = f"{joints[open_joints[-1]].name}_end"
-            elif word == "{":
+            if begins or word == "{":
                 parent = open_joints[-1] if open_joints else -1
                 if next(words) != "OFFSET":
                     raise ExchangeError(f"{file}: joint {quoted(name)} begins without OFFSET")
@@ -108,6 +109,20 @@ def _joints(file: Path, words: Iterator[str]) -> list[_Joint]:
     if open_joints or not joints:
         raise ExchangeError(f"{file}: its skeleton ends before joint {quoted(name)} is closed")
     return joints
+
+
+def _name(words: Iterator[str]) -> str:
+    """Return a joint's name, which may hold blanks, and pass the brace that follows it."""
+    parts = []
+    for word in words:
+        if word == "{":
+            break
+        parts.append(word)
+        if len(parts) > LONGEST_NAME:
+            raise ValueError("name")
+    if not parts:
+        raise ValueError("name")
+    return " ".join(parts)
 
 
 def _number(word: str) -> float:

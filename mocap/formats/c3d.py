@@ -61,11 +61,30 @@ def read_c3d(path: Path | str) -> MarkerTable:
         raise ExchangeError(f"{file}: its frame rate is {rate:g}; export it again")
     names = [str(name) for name in found["names"][:count]]
     names += [f"point_{k + 1}" for k in range(len(names), count)]
+    names = _each_once(names)
     positions = np.moveaxis(points[:3], [0, 1, 2], [2, 1, 0]).copy()
     positions[(residual < 0).T] = np.nan
     time = (int(found["first_frame"]) + np.arange(frames)) / rate
     unit = str(found["units"][0]) if found["units"].size else ""
     return checked_table(file, time, names, positions, unit)
+
+
+def _each_once(names: list[str]) -> list[str]:
+    """Return names of which none is there twice: later ones get a number.
+
+    Laboratories leave points that they did not label, or labelled twice, in the file.
+
+    >>> _each_once(["A", "B", "A", "A_2", "A"])
+    ['A', 'B', 'A_3', 'A_2', 'A_4']
+    """
+    taken, found = set(names), list[str]()
+    for name in names:
+        new, number = name, 1
+        while new in found or (number > 1 and new in taken):
+            number += 1
+            new = f"{name}_{number}"
+        found.append(new)
+    return found
 
 
 def _read_in_a_child(file: Path, size: int) -> dict[str, Array]:

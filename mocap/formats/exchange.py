@@ -1,9 +1,9 @@
 """Marker positions from and to the files of other programs.
 
-Readers: TRC, C3D, BVH, DeepLabCut and SLEAP (CSV), Kinovea (kinematics CSV and trajectory text) and
-Tracker (text). Writers: TRC and C3D. Kinovea, DeepLabCut and SLEAP count pixels from the centre of
-the first one, as this program does; Tracker counts from its corner, so its coordinates are larger
-by half a pixel.
+Readers: TRC, C3D, BVH, DeepLabCut and SLEAP (CSV and HDF5), Kinovea (kinematics CSV, trajectory
+text and annotations) and Tracker (text). Writers: TRC and C3D. Kinovea, DeepLabCut and SLEAP count
+pixels from the centre of the first one, as this program does; Tracker counts from its corner, so
+its coordinates are larger by half a pixel.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.delimited import header_line
-from mocap.formats import bvh, c3d, pose_tables, spreadsheets, trc
+from mocap.formats import bvh, c3d, kinovea_kva, pose_h5, pose_tables, spreadsheets, trc
 from mocap.formats.marker_table import ExchangeError, MarkerTable, text_of
 from mocap.motion.motion import Motion
 from mocap.tracking.markers import MarkerFile
@@ -50,6 +50,10 @@ def _reader_for(file: Path) -> Callable[[Path], MarkerTable]:
         return trc.read_trc
     if ending == ".bvh":
         return bvh.read_bvh
+    if ending in (".kva", ".xml"):
+        return kinovea_kva.read_kva
+    if ending in (".h5", ".hdf5"):
+        return pose_h5.read_pose_h5
     if ending in (".csv", ".txt", ".tsv"):
         first = header_line(text_of(file)).lstrip()
         if first.lower().startswith("scorer"):
@@ -62,8 +66,8 @@ def _reader_for(file: Path) -> Callable[[Path], MarkerTable]:
             return spreadsheets.read_kinovea
         return spreadsheets.read_tracker
     raise ExchangeError(
-        f"{file}: ending {ending or '(empty)'} is not known; known are .trc, .c3d, .bvh, .csv and "
-        ".txt"
+        f"{file}: ending {ending or '(empty)'} is not known; known are .trc, .c3d, .bvh, .csv, "
+        ".txt, .kva, .xml and .h5"
     )
 
 

@@ -53,7 +53,7 @@ def read_deeplabcut(path: Path | str) -> MarkerTable:
             parts = [f"{animal}_{part}" for animal, part in zip(animals, parts, strict=True)]
     frames = np.array([_frame_number(file, row, first - 1) for row in data], int)
     values = numbers_of(found, data, len(titles), first=first)
-    names, positions = _points(file, parts, titles[first:], values)
+    names, positions = points_of_columns(file, parts, titles[first:], values)
     return checked_table(file, frames * 1.0, names, positions, "px", frame=frames)
 
 
@@ -100,10 +100,20 @@ def read_sleap(path: Path | str) -> MarkerTable:
     return checked_table(file, frames * 1.0, names, positions, "px", frame=frames)
 
 
-def _points(
+def points_of_columns(
     file: Path, parts: list[str], titles: list[str], values: Array
 ) -> tuple[list[str], Array]:
-    """Return names and positions (n, m, 3) from columns x, y and likelihood of each part."""
+    """Return names and positions (n, m, 3) from columns x, y and likelihood of each part.
+
+    Parameters
+    ----------
+    file
+        For messages.
+    parts, titles
+        Name of the point, and "x", "y" or "likelihood", of each column.
+    values
+        (n, columns) numbers.
+    """
     column_of: dict[tuple[str, str], list[int]] = {}
     for k, key in enumerate(zip(parts, titles, strict=True)):
         column_of.setdefault(key, []).append(k)
