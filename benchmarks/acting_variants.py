@@ -1,11 +1,12 @@
 """Each scenario with acting lips, one setting changed at a time, and what that changes.
 
     python -m benchmarks.acting_variants --out DIR [A38-F-acting ...] [--resolution coarse]
+        [--variants "activation 0" ...]
 
 Friction 0.5 and 1.5 instead of 1, a dermis half and twice as stiff, the neck put 2 mm off back,
 forward and down, no activation and twice the one that is found: with the scenario as it is, ten
-runs each. Every run is kept in DIR: a call that was interrupted goes on where it was. Iterations
-are compared with those of the run with passive lips that gives the forces.
+runs each of four scenarios. Every run is kept in DIR: a call that was interrupted goes on where it
+was. Iterations are compared with those of the run with passive lips.
 """
 
 from __future__ import annotations
@@ -98,12 +99,13 @@ def main() -> None:
     parser.add_argument("scenarios", nargs="*", default=acting)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--resolution", default="coarse")
+    parser.add_argument("--variants", nargs="*", default=VARIANTS, choices=VARIANTS)
     options = parser.parse_args()
     head = ["scenario", "changed", "ended", "increments, iterations, cutbacks"]
     head += ["iterations an increment, over the passive run's"]
     head += [*(f"{lip} window, kPa" for lip in LIPS), "off the film, mm", "s"]
     print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
-    for variant, name in itertools.product(VARIANTS, options.scenarios):
+    for variant, name in itertools.product(options.variants, options.scenarios):
         out: Path = options.out / name
         passive = reference_run(name.removesuffix("-acting"), options.resolution, out)
         folder = out / (variant.replace("=", "") or "as-it-is").replace(" ", "-")

@@ -1,7 +1,7 @@
 """A neck that is 2 mm off, carried by the film, by a hand that yields, and at equal force.
 
     python -m benchmarks.hands --out DIR [--scenario A38-F] [--resolution coarse]
-        [--modes same ...] [--set contact.friction=0]
+        [--modes same ...] [--shifts x_mm=-2 ...] [--set contact.friction=0]
 
 Every run is kept in DIR: a call that was interrupted goes on where it was. The reference run is the
 scenario as it is. Errors of the forces are those of each lip's force along its mean direction in
@@ -74,6 +74,7 @@ def main() -> None:
     parser.add_argument("--scenario", default="A38-F")
     parser.add_argument("--resolution", default="coarse")
     parser.add_argument("--modes", nargs="*", default=MODES, choices=MODES)
+    parser.add_argument("--shifts", nargs="*", default=SHIFTS, choices=SHIFTS)
     parser.add_argument("--set", action="append", default=[], metavar="TABLE.KEY=VALUE")
     options = parser.parse_args()
     out: Path = options.out / options.resolution
@@ -90,7 +91,7 @@ def main() -> None:
     print(f"| {' | '.join(head)} |\n|{'---|' * len(head)}")
     print(row("reference", reference, reference), flush=True)
     for mode in options.modes:
-        for shift in SHIFTS:
+        for shift in options.shifts:
             settings = [
                 f"numerics.resolution={options.resolution}",
                 f"motion.file={out / 'reference' / 'motion' / 'motion.csv'}",

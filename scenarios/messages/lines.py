@@ -109,6 +109,11 @@ def muscle_message(about: Mapping[str, Any]) -> str:
     )
 
 
+def skin_message(about: Mapping[str, float]) -> str:
+    """Return under which tension the skin is as drawn, from the summary's ``skin``."""
+    return f"the skin is under {about['mean_tension_kpa']:.1f} kPa of tension as it is drawn"
+
+
 def muscles_message(about: Mapping[str, Mapping[str, float]]) -> str:
     """Return how active which muscles are at most, from the summary's ``muscles``."""
     active = [

@@ -364,6 +364,7 @@ def _notes(ready: Prepared, result: MarchResult, about: Mapping[str, Any]) -> tu
         lines.carried_message(about["placement"]["carried"]),
         lines.hand_message(about["hand"]) if "hand" in about else None,
         *about.get("warnings", ()),
+        lines.skin_message(about["skin"]) if "skin" in about else None,
         lines.muscle_message(about["muscle"]) if "muscle" in about else None,
         lines.muscles_message(about["muscles"]) if "muscles" in about else None,
         lines.activations_message(about["activations"]) if "activations" in about else None,

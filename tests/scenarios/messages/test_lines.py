@@ -17,6 +17,7 @@ from scenarios.messages.lines import (
     muscle_message,
     muscles_message,
     placement_message,
+    skin_message,
     unstable_message,
 )
 
@@ -134,6 +135,11 @@ def test_a_seal_is_said_where_liquid_was_at_the_rim() -> None:
     felt = felt_message(summary)
     assert "It seals with at least 12.3 kPa to spare. The lower lip" in felt
     assert felt.endswith("It does not seal: the liquid presses 0.5 kPa more at some instant.")
+
+
+def test_the_tension_of_the_skin_is_told():
+    about = {"mean_tension_kpa": 6.999, "start_tension_kpa": 13.3}
+    assert skin_message(about) == "the skin is under 7.0 kPa of tension as it is drawn"
 
 
 def test_muscles_are_said_with_their_largest_activation() -> None:
