@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from geometry2d.foundation.delimited import safe_cell
 from geometry2d.foundation.output import file_at_once
 from scenarios.campaign.engine import INSTALL
 from scenarios.campaign.variation import StudyError
@@ -81,6 +82,8 @@ def _column(values: list[Any]) -> list[Any]:
 def _written(value: Any) -> str:
     if value is None:
         return ""
+    if isinstance(value, str):
+        return safe_cell(value)
     return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
