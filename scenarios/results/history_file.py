@@ -43,11 +43,18 @@ def read_history(file: Path) -> dict[str, Array]:
         If the file is not a history: other columns, a cell that is no number, times that do not
         increase.
     """
+    damaged = f"{file} is damaged: replay the run again"
     try:
-        names, *lines = file.read_text(encoding="utf-8").splitlines()
+        filled = [line for line in file.read_text("utf-8").splitlines() if line.strip()]
+    except UnicodeDecodeError:
+        raise SolutionError(f"{damaged} (it is no text)") from None
+    if len(filled) < 2:
+        raise SolutionError(f"{damaged} (it holds no increment)")
+    names, *lines = filled
+    try:
         rows = np.loadtxt(lines, delimiter=",", ndmin=2)
-    except ValueError as error:
-        raise SolutionError(f"{file} is damaged: replay the run again ({error})") from None
+    except ValueError:
+        raise SolutionError(f"{damaged} (a cell is no number, or a row is cut)") from None
     if tuple(names.split(",")) != COLUMNS or rows.shape[1] != len(COLUMNS):
         raise SolutionError(f"{file} does not have the columns of a history: {','.join(COLUMNS)}")
     columns = {name: rows[:, column] for column, name in enumerate(COLUMNS)}

@@ -134,3 +134,13 @@ def test_a_history_of_another_version_is_told_as_such(run: Path) -> None:
     file.write_text(text, encoding="utf-8")
     with pytest.raises(SolutionError, match=r"made by drinksim 0\.1\.7, and drinksim .* replay it"):
         Solution.load(made_by_another_version(run))
+
+
+@pytest.mark.parametrize("kept", [0, 1])
+def test_a_history_without_an_increment_is_damaged(
+    run: Path, capsys: pytest.CaptureFixture[str], kept: int
+) -> None:
+    file = run / "history.csv"
+    lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    file.write_text("".join(lines[:kept]), encoding="utf-8")
+    assert "holds no increment" in refused(resealed(run), capsys, "history.csv")
