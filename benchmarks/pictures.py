@@ -23,7 +23,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from benchmarks import calibration_recovery
+from benchmarks import calibration_recovery, filming_drawings
 from geometry2d.anatomy.head import head_section
 from geometry2d.anatomy.muscles import muscle_regions
 from geometry2d.views.draw import draw_head, draw_muscles
@@ -154,6 +154,9 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "skin-press-ogden": press("L2-Ogden"),
     "skin-press-goh": press("L2-GOH"),
     "calibration-recovery": recovery,
+    "filming-setup": filming_drawings.draw_setup,
+    "filming-places": filming_drawings.draw_places,
+    "filming-dots": filming_drawings.draw_dots,
 }
 
 QUICK = PICTURES | {

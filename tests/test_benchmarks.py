@@ -23,7 +23,21 @@ def test_every_picture_of_the_documentation_is_drawn_by_its_benchmark():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["head", "muscles", "a38-f"])
+def test_the_table_of_the_filming_guide_is_measured():
+    errors = importlib.import_module("benchmarks.filming_errors")
+    good = errors.measured(errors.CASES["as the guide says"], 0)
+    assert good.error_mm < 3 * good.stated_mm < 0.1
+    assert good.seen == 1.0
+    rolled = errors.measured(errors.CASES["camera rolled by 3°"], 0)
+    assert rolled.error_mm > 100 * good.stated_mm
+    guide = (BENCHMARKS.parent / "docs" / "how-to" / "filming.md").read_text(encoding="utf-8")
+    assert [name for name in errors.CASES if f"| {name} |" not in guide] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["head", "muscles", "a38-f", "filming-setup", "filming-places", "filming-dots"]
+)
 def test_pictures_of_the_documentation_are_drawn(name: str, tmp_path: Path) -> None:
     importlib.import_module("benchmarks.pictures").main([str(tmp_path), "--quick", name])
     with Image.open(tmp_path / f"{name}.png") as picture:
