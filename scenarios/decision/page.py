@@ -21,95 +21,59 @@ from scenarios.decision.figures import (
 )
 from scenarios.decision.indices import effects, indices
 from scenarios.decision.messages import (
-    compared_necks,
     headline,
 )
-from scenarios.decision.moved_sips import moved_sips
-from scenarios.decision.pair_section import MOST_PAIRS, pair_sections
-from scenarios.decision.parts import ABSENT, figure, scrolled, section
+from scenarios.decision.moved_sips import MovedSips
+from scenarios.decision.pair_section import pair_sections
+from scenarios.decision.parts import ABSENT, Part, body, contents, figure, scrolled
 from scenarios.decision.people_section import people_sections
-from scenarios.decision.style import STUDY_STYLE
 from scenarios.results.quantities import LIPS
 from scenarios.views.page.embedded import data_address
-from scenarios.views.page.explore import explorer
-from scenarios.views.page.hypertext import Markup, joined, page, tag
-from scenarios.views.page.report import document
-from scenarios.views.page.style import STYLE
+from scenarios.views.page.hypertext import Markup, joined, tag
 
 PAGE_FILE = "study.html"
-
-CONTENTS = (
-    ("#answer", "In a sentence"),
-    ("#sensitivity", "What matters"),
-    ("#people", "Who drinks"),
-    ("#rule", "How they meet"),
-    ("#failures", "Failures"),
-    ("#sips", "Every sip"),
-    ("#trust", "How far to trust it"),
-    ("#repeat", "Repeat it"),
-)
-"""What every study's page may have; pairs of necks stand behind the first."""
 
 
 def write_page(result: StudyOutcome, out: Path) -> Path:
     """Write the page of a study into a directory and return its path."""
     plan, rows = result.plan, result.rows
-    pairs, sensitivity, people = pair_sections(result), _sensitivity(rows), people_sections(result)
-    said, moved = moved_sips(result)
-    sections = [
+    moved = MovedSips.of(result)
+    parts = [
         _answer(result),
-        *pairs,
-        *([explorer(moved, said)] if moved else [tag("p", said, class_="quiet")] if said else []),
-        *sensitivity,
-        *people,
+        *pair_sections(result),
+        *moved.parts,
+        *_sensitivity(rows),
+        *people_sections(result),
         _rule(result),
         _failures(result),
         _sips(rows),
         _trust(),
         _repeat(result),
     ]
-    absent = {
-        name for name, there in (("#sensitivity", sensitivity), ("#people", people)) if not there
-    }
-    header = _header(result, [link for link in CONTENTS if link[0] not in absent])
-    shown = joined(header, tag("main", *sections))
+    shown = joined(_header(result, parts), body(parts))
     title = f"{plan.settings.name}: {', '.join(neck.name for neck in plan.necks)}"
     file = out / PAGE_FILE
     with file_at_once(file) as partial:
-        text = (
-            document(title, moved, shown, style=STUDY_STYLE)
-            if moved
-            else page(title, STYLE + STUDY_STYLE, shown)
-        )
-        partial.write_text(text, encoding="utf-8")
+        partial.write_text(moved.document(title, shown), encoding="utf-8")
     return file
 
 
-def _header(result: StudyOutcome, contents: Sequence[tuple[str, str]]) -> Markup:
+def _header(result: StudyOutcome, parts: Sequence[Part]) -> Markup:
     plan = result.plan
     whole = len(result.rows) - len(result.failed)
     people = f"{len(plan.people)} people" if plan.people else "the filmed person"
     necks = "1 neck" if len(plan.necks) == 1 else f"{len(plan.necks)} necks"
     said = f"{necks}, {people}, {len(result.rows)} sips, {whole} of them replayed to the end"
-    pairs = compared_necks(plan, result.rows)[:MOST_PAIRS]
-    links = list(contents)
-    links[1:1] = [
-        (f"#pair-{number}", f"{pair.first} and {pair.second}")
-        for number, pair in enumerate(pairs, 1)
-    ]
-    entries = [tag("li", tag("a", text, href=target)) for target, text in links]
-    moving = tag("a", "Move through the sip", href="#explore")
-    entries.append(tag("li", moving, class_="scripted", hidden="hidden"))
     return tag(
         "header",
         tag("p", "drinksim study", class_="quiet"),
         tag("h1", plan.settings.name),
         tag("p", said, class_="lead"),
-        tag("nav", tag("ul", *entries), aria_label="Contents"),
+        contents(parts),
     )
 
 
-def _answer(result: StudyOutcome) -> Markup:
+def _answer(result: StudyOutcome) -> Part:
     said = headline(result.plan, result.rows)
     parts = [tag("p", tag("strong", said), class_="answer")]
     left = len(result.failed)
@@ -130,10 +94,10 @@ def _answer(result: StudyOutcome) -> Markup:
             class_="quiet",
         )
     )
-    return section("answer", "In a sentence", *parts)
+    return Part.of("answer", "In a sentence", *parts)
 
 
-def _sensitivity(rows: Sequence[Row]) -> list[Markup]:
+def _sensitivity(rows: Sequence[Row]) -> list[Part]:
     label = "highest pressure, kPa"
     found, shares = effects(rows, HEADLINE), indices(rows, HEADLINE)
     parts: list[Markup] = []
@@ -152,10 +116,10 @@ def _sensitivity(rows: Sequence[Row]) -> list[Markup]:
             figure(effects_figure(found, label)),
             tag("p", "What each setting changes, all else being the same, with its interval."),
         ]
-    return [section("sensitivity", "What matters", *parts)] if parts else []
+    return [Part.of("sensitivity", "What matters", *parts)] if parts else []
 
 
-def _rule(result: StudyOutcome) -> Markup:
+def _rule(result: StudyOutcome) -> Part:
     plan = result.plan
     texts = []
     for film in plan.films:
@@ -181,7 +145,7 @@ def _rule(result: StudyOutcome) -> Markup:
             "recorded": "The neck follows the film, whatever force that takes.",
         }[mode]
     )
-    return section("rule", "How they meet", *(tag("p", text) for text in texts))
+    return Part.of("rule", "How they meet", *(tag("p", text) for text in texts))
 
 
 def _shifts(plan: Plan) -> str:
@@ -213,9 +177,9 @@ def _held(rows: Sequence[Row]) -> str:
     )
 
 
-def _failures(result: StudyOutcome) -> Markup:
+def _failures(result: StudyOutcome) -> Part:
     if not result.failed:
-        return section("failures", "Failures", tag("p", "None."))
+        return Part.of("failures", "Failures", tag("p", "None."))
     factors = factor_columns(result.rows)
     entries = [
         tag(
@@ -227,10 +191,10 @@ def _failures(result: StudyOutcome) -> Markup:
         )
         for row in result.failed
     ]
-    return section("failures", "Failures", tag("ul", *entries))
+    return Part.of("failures", "Failures", tag("ul", *entries))
 
 
-def _sips(rows: Sequence[Row]) -> Markup:
+def _sips(rows: Sequence[Row]) -> Part:
     names = [*factor_columns(rows), "status", "seconds", HEADLINE]
     lines = [
         tag(
@@ -242,7 +206,7 @@ def _sips(rows: Sequence[Row]) -> Markup:
     ]
     head = tag("thead", tag("tr", *(tag("th", name, scope="col") for name in (*names, ""))))
     table = scrolled("every sip", tag("table", head, tag("tbody", *lines)))
-    return section("sips", "Every sip", tag("details", tag("summary", "The table"), table))
+    return Part.of("sips", "Every sip", tag("details", tag("summary", "The table"), table))
 
 
 def _cell(value: object) -> str:
@@ -251,7 +215,7 @@ def _cell(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def _trust() -> Markup:
+def _trust() -> Part:
     limits = (
         "An interval holds what differs among people, motions and settings of the study. It does "
         "not hold what the model leaves out: the third dimension, lips that act, other films.",
@@ -260,12 +224,12 @@ def _trust() -> Markup:
         "Pressure at a coarse mesh is rougher than the table's digits: rank with it, decide with a "
         "finer one.",
     )
-    return section("trust", "How far to trust it", tag("ul", *(tag("li", text) for text in limits)))
+    return Part.of("trust", "How far to trust it", tag("ul", *(tag("li", text) for text in limits)))
 
 
-def _repeat(result: StudyOutcome) -> Markup:
+def _repeat(result: StudyOutcome) -> Part:
     table = (result.folder / CSV_FILE).read_bytes()
-    return section(
+    return Part.of(
         "repeat",
         "How to repeat it",
         tag(

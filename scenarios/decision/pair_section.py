@@ -18,7 +18,7 @@ from scenarios.decision.messages import (
     meaning,
     measure_sentence,
 )
-from scenarios.decision.parts import ABSENT, scrolled, section
+from scenarios.decision.parts import ABSENT, Part, scrolled
 from scenarios.results.quantities import LIPS
 from scenarios.views.page.hypertext import Markup, joined, tag
 
@@ -54,7 +54,7 @@ NAMED_DEVIATIONS = 2
 """Measurements that are told of a person who is an exception."""
 
 
-def pair_sections(result: StudyOutcome) -> list[Markup]:
+def pair_sections(result: StudyOutcome) -> list[Part]:
     """Return a section for each pair of necks: who feels which difference, and every measure."""
     compared = {measure: compared_necks(result.plan, result.rows, measure) for measure in SHOWN}
     sections = []
@@ -71,7 +71,7 @@ def pair_sections(result: StudyOutcome) -> list[Markup]:
             _measures(others),
             _unit_by_unit(others, result.rows),
         ]
-        sections.append(section(f"pair-{number}", f"{pair.first} and {pair.second}", *parts))
+        sections.append(Part.of(f"pair-{number}", f"{pair.first} and {pair.second}", *parts))
     return sections
 
 

@@ -7,11 +7,11 @@ import numpy as np
 from geometry2d.anatomy.population import NORMS
 from scenarios.campaign.study import StudyOutcome
 from scenarios.decision.figures import people_figure
-from scenarios.decision.parts import ABSENT, figure, scrolled, section
-from scenarios.views.page.hypertext import Markup, tag
+from scenarios.decision.parts import ABSENT, Part, figure, scrolled
+from scenarios.views.page.hypertext import tag
 
 
-def people_sections(result: StudyOutcome) -> list[Markup]:
+def people_sections(result: StudyOutcome) -> list[Part]:
     """Return the section of the people; none if the filmed person drinks."""
     people = result.plan.people
     if not people:
@@ -44,7 +44,7 @@ def people_sections(result: StudyOutcome) -> list[Markup]:
         tag("tbody", *rows),
     )
     return [
-        section(
+        Part.of(
             "people",
             "Who drinks",
             tag("p", f"{told} Measurements of one face go together as in the how-to of studies."),

@@ -8,7 +8,7 @@ from geometry2d.foundation.output import file_at_once
 from geometry2d.neck import NECKS, neck_section
 from scenarios.decision.messages import meaning
 from scenarios.decision.pair_section import LABELS
-from scenarios.decision.parts import figure, scrolled, section
+from scenarios.decision.parts import Part, body, contents, figure, scrolled
 from scenarios.optimum.figures import neck_figure, search_figure
 from scenarios.optimum.found import PAGE_FILE, TRIALS_FILE, Optimum, rounded, sign_of
 from scenarios.optimum.search import Trial
@@ -35,17 +35,18 @@ CARDS = """
 
 def write_page(found: Optimum) -> Path:
     """Write the page of a search into its folder and return its path."""
-    sections = [_answer(found), _front(found), _best(found), _tried(found), _trust(found)]
+    parts = [_answer(found), _front(found), _best(found), _tried(found), _trust(found)]
     title = f"{found.settings.study.name}: {found.settings.neck}"
     header = tag(
         "header",
         tag("p", "drinksim optimise", class_="quiet"),
         tag("h1", found.settings.study.name),
         tag("p", _lead(found), class_="lead"),
+        contents(parts),
     )
     file = found.folder / PAGE_FILE
     with file_at_once(file) as partial:
-        whole = page(title, STYLE + CARDS, joined(header, tag("main", *sections)))
+        whole = page(title, STYLE + CARDS, joined(header, body(parts)))
         partial.write_text(whole, encoding="utf-8")
     return file
 
@@ -57,7 +58,7 @@ def _lead(found: Optimum) -> str:
     return f"{bounds} of {found.settings.neck}, {len(found.trials)} necks tried by {who}"
 
 
-def _answer(found: Optimum) -> Markup:
+def _answer(found: Optimum) -> Part:
     names = found.settings.objectives
     if not found.best:
         said = f"None of {len(found.trials)} necks meets every constraint."
@@ -72,24 +73,24 @@ def _answer(found: Optimum) -> Markup:
             f"{len(found.best)} of {len(found.trials)} necks are such that no other one is better "
             f"in all of: {'; '.join(meaning(name) for name in names)}."
         )
-    return section("answer", "In a sentence", tag("p", tag("strong", said)))
+    return Part.of("answer", "In a sentence", tag("p", tag("strong", said)))
 
 
-def _front(found: Optimum) -> Markup:
+def _front(found: Optimum) -> Part:
     names = found.settings.objectives
     picture = search_figure(found.trials, found.best, names, [sign_of(name) for name in names])
     title = "The front" if len(names) > 1 else "The search"
-    return section("front", title, figure(picture))
+    return Part.of("front", title, figure(picture))
 
 
-def _best(found: Optimum) -> Markup:
+def _best(found: Optimum) -> Part:
     cards = [_card(found, trial) for trial in found.best[:MOST_DRAWN]]
     left = len(found.best) - len(cards)
     about = f"The lower wall near the opening; dashed, {found.settings.neck} as it was."
     parts = [tag("p", about), tag("ul", *cards, class_="best")]
     if left > 0:
         parts.append(tag("p", f"{left} more are in the table, and in the folder best."))
-    return section("best", "The best necks", *(parts if cards else [tag("p", "None.")]))
+    return Part.of("best", "The best necks", *(parts if cards else [tag("p", "None.")]))
 
 
 def _card(found: Optimum, trial: Trial) -> Markup:
@@ -127,7 +128,7 @@ def _title(measure: str) -> str:
     return LABELS.get(measure, measure)
 
 
-def _tried(found: Optimum) -> Markup:
+def _tried(found: Optimum) -> Part:
     bounds, names = list(found.settings.bounds), list(found.settings.objectives)
     columns = ("neck", *bounds, *map(_title, names), "constraints hold", "best")
     rows = [
@@ -143,7 +144,7 @@ def _tried(found: Optimum) -> Markup:
     ]
     head = tag("thead", tag("tr", *(tag("th", name, scope="col") for name in columns)))
     table = scrolled("every neck", tag("table", head, tag("tbody", *rows)))
-    return section(
+    return Part.of(
         "tried",
         "Every neck",
         tag("details", tag("summary", "The table"), table),
@@ -151,7 +152,7 @@ def _tried(found: Optimum) -> Markup:
     )
 
 
-def _trust(found: Optimum) -> Markup:
+def _trust(found: Optimum) -> Part:
     limits = (
         "The best neck of a search has seen its own panel, and the noise of its mesh: compare it "
         "with the old one in a study of other people (another seed), at a finer mesh, before it is "
@@ -163,4 +164,4 @@ def _trust(found: Optimum) -> Markup:
     parts = [tag("ul", *(tag("li", text) for text in limits))]
     if command:
         parts.append(tag("p", "With all its fields: ", tag("code", command)))
-    return section("trust", "How far to trust it", *parts)
+    return Part.of("trust", "How far to trust it", *parts)
