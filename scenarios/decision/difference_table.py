@@ -9,8 +9,8 @@ import numpy as np
 
 from scenarios.campaign.table import Row
 from scenarios.decision.comparison import PairedDifference
-from scenarios.decision.parts import scrolled
 from scenarios.views.page.hypertext import Markup, joined, tag
+from scenarios.views.page.tables import scrolled
 
 MARGIN = 0.06
 """Room beyond the outermost value on a track, as a share of what is shown."""

@@ -25,11 +25,12 @@ from scenarios.decision.messages import (
 )
 from scenarios.decision.moved_sips import MovedSips
 from scenarios.decision.pair_section import pair_sections
-from scenarios.decision.parts import ABSENT, Part, body, contents, figure, scrolled
+from scenarios.decision.parts import Part, body, contents, figure
 from scenarios.decision.people_section import people_sections
 from scenarios.results.quantities import LIPS
 from scenarios.views.page.embedded import data_address
 from scenarios.views.page.hypertext import Markup, joined, tag
+from scenarios.views.page.tables import ABSENT, scrolled
 
 PAGE_FILE = "study.html"
 

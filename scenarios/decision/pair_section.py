@@ -18,9 +18,10 @@ from scenarios.decision.messages import (
     meaning,
     measure_sentence,
 )
-from scenarios.decision.parts import ABSENT, Part, scrolled
+from scenarios.decision.parts import Part
 from scenarios.results.quantities import LIPS
 from scenarios.views.page.hypertext import Markup, joined, tag
+from scenarios.views.page.tables import ABSENT, scrolled
 
 OF_BOTH_LIPS = {
     "window_kpa_peak": "highest pressure, {lip} lip, kPa",

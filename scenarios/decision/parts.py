@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from scenarios.views.page.embedded import Embedded, image
 from scenarios.views.page.hypertext import Markup, tag
 
-ABSENT = "–"
 WIDTH = "46rem"
 """Of figures, as of text."""
 
@@ -50,10 +49,3 @@ def body(parts: Sequence[Part]) -> Markup:
 def figure(picture: Embedded) -> Markup:
     """Return a picture as wide as text."""
     return tag("figure", image(picture), style=f"max-width:{WIDTH}")
-
-
-def scrolled(title: str, table: Markup) -> Markup:
-    """Return a table that scrolls where it is too wide, also by keyboard."""
-    return tag(
-        "div", table, class_="wide", tabindex="0", role="region", aria_label=f"Table: {title}"
-    )

@@ -7,8 +7,9 @@ import numpy as np
 from geometry2d.anatomy.population import NORMS
 from scenarios.campaign.study import StudyOutcome
 from scenarios.decision.figures import people_figure
-from scenarios.decision.parts import ABSENT, Part, figure, scrolled
+from scenarios.decision.parts import Part, figure
 from scenarios.views.page.hypertext import tag
+from scenarios.views.page.tables import ABSENT, scrolled
 
 
 def people_sections(result: StudyOutcome) -> list[Part]:

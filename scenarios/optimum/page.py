@@ -8,13 +8,14 @@ from geometry2d.foundation.output import file_at_once
 from geometry2d.neck import NECKS, neck_section
 from scenarios.decision.messages import meaning
 from scenarios.decision.pair_section import LABELS
-from scenarios.decision.parts import Part, body, contents, figure, scrolled
+from scenarios.decision.parts import Part, body, contents, figure
 from scenarios.optimum.figures import neck_figure, search_figure
 from scenarios.optimum.found import PAGE_FILE, TRIALS_FILE, Optimum, rounded, sign_of
 from scenarios.optimum.search import Trial
 from scenarios.views.page.embedded import image
 from scenarios.views.page.hypertext import Markup, joined, page, tag
 from scenarios.views.page.style import STYLE
+from scenarios.views.page.tables import scrolled
 
 MOST_DRAWN = 12
 """Best necks that are drawn; the table has all."""

@@ -1,8 +1,7 @@
-"""The table of a report: key numbers of every run, and the settings that differ between runs."""
+"""The table of a report: key numbers of every run."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,15 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.results.integrity import read_inputs
 from scenarios.results.quantities import LIPS
-from scenarios.results.texts import motion_bytes
-from scenarios.settings.layers import values_by_path
-from scenarios.views.page.hypertext import Markup, folded, joined, tag
+from scenarios.views.page.different_settings import different_settings
+from scenarios.views.page.hypertext import Markup, folded, tag
 from scenarios.views.page.reported import Reported
-
-ABSENT = "–"
-
+from scenarios.views.page.tables import ABSENT, plain_cells, scrolled
 
 MINUS = "−"
 
@@ -182,13 +177,13 @@ def key_numbers(runs: Sequence[Reported]) -> Markup:
     )
     if len(runs) > 1:
         about += f" In brackets: the difference from {runs[0].label}."
-    computed = _table("Model and solver", COMPUTED_ROWS, runs, _plain_cells)
+    computed = _table("Model and solver", COMPUTED_ROWS, runs, plain_cells)
     return tag(
         "section",
         tag("h2", "Key numbers", id="numbers"),
         tag("p", about, class_="quiet"),
         _table("Key numbers", FELT_ROWS, runs, _compared_cells),
-        _differences(runs) if len(runs) > 1 else Markup(),
+        different_settings(runs) if len(runs) > 1 else Markup(),
         folded("Model and solver", computed),
         aria_labelledby="numbers",
     )
@@ -220,17 +215,7 @@ def _table(
             for row in rows
         ]
         bodies.append(tag("tbody", *lines))
-    return _scrolled(title, tag("table", tag("thead", head), *bodies))
-
-
-def _scrolled(title: str, table: Markup, looks: str = "wide") -> Markup:
-    return tag(
-        "div", table, class_=looks, tabindex="0", role="region", aria_label=f"Table: {title}"
-    )
-
-
-def _plain_cells(values: Sequence[str]) -> list[Markup]:
-    return [tag("td", value) for value in values]
+    return scrolled(title, tag("table", tag("thead", head), *bodies))
 
 
 def _compared_cells(values: Sequence[str]) -> list[Markup]:
@@ -254,64 +239,3 @@ def _difference(first: str, second: str) -> str:
         return ""
     decimals = max(len(text.partition(".")[2]) for text in (first, second))
     return f"{other - one:+.{decimals}f}".replace("-", MINUS)
-
-
-NOT_COMPARED = ("name", "description", "motion.file")
-"""What a run is called, and where its motion lies: whether motions differ is seen from them."""
-
-
-def _differences(runs: Sequence[Reported]) -> Markup:
-    """Return a table of the settings that are not the same in all runs."""
-    lines = []
-    if len({motion_bytes(run.solution) for run in runs}) > 1:
-        cells = _plain_cells([_motion_in_words(run) for run in runs])
-        lines.append(tag("tr", tag("th", "motion followed", scope="row"), *cells))
-    for name, values in _settings_by_run(runs).items():
-        if len(set(values)) > 1:
-            path = tag("th", tag("code", name), scope="row")
-            lines.append(tag("tr", path, *_plain_cells(values)))
-    if not lines:
-        return tag("p", "The runs have the same settings and the same motion.")
-    head = [tag("th", text, scope="col") for text in ("setting", *(run.label for run in runs))]
-    table = tag("table", tag("thead", tag("tr", *head)), tag("tbody", *lines))
-    return joined(
-        tag("h3", f"Settings that differ between the runs: {len(lines)}"),
-        _scrolled("Settings that differ", table, looks="wide low"),
-    )
-
-
-def _motion_in_words(run: Reported) -> str:
-    start, end = run.solution.time_s[[0, -1]]
-    x, y = np.ptp(run.solution.shift_mm, axis=0)
-    turned = math.degrees(np.ptp(run.solution.angle_rad))
-    return f"{start:.2f} to {end:.2f} s; the neck moves {x:.1f}, {y:.1f} mm and turns {turned:.1f}°"
-
-
-def _settings_by_run(runs: Sequence[Reported]) -> dict[str, list[str]]:
-    """Return every setting by its path: its value in each run."""
-    settings = [values_by_path(run.scenario) for run in runs]
-    paths = dict.fromkeys(path for values in settings for path in values)
-    same = _files_with_the_same_content(runs)
-    return {
-        path: [_setting_in_words(values.get(path)) for values in settings]
-        for path in paths
-        if path not in NOT_COMPARED and path not in same
-    }
-
-
-def _setting_in_words(value: object) -> str:
-    """Return a setting as it is read; an empty list, and what a scenario does not have, as none.
-
-    >>> _setting_in_words((1.0, 2.5)), _setting_in_words(()), _setting_in_words(None)
-    ('1.0, 2.5', '–', '–')
-    """
-    if isinstance(value, list | tuple):
-        return ", ".join(map(str, value)) or ABSENT
-    return ABSENT if value is None else str(value)
-
-
-def _files_with_the_same_content(runs: Sequence[Reported]) -> set[str]:
-    """Return the settings that name files of the same content: each run has a copy of its own."""
-    folders = [run.solution.folder for run in runs]
-    known = [(read_inputs(folder) or {}) if folder else {} for folder in folders]
-    return {name for name, value in known[0].items() if all(k.get(name) == value for k in known)}
