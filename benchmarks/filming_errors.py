@@ -136,17 +136,20 @@ def measured(case: Case, seed: int) -> Outcome:
 def row(name: str, seeds: int) -> str:
     """Return a row of the table."""
     found: list[Outcome] = []
-    refused = ""
+    refused = 0
     for seed in range(seeds):
         try:
             found.append(measured(CASES[name], seed))
-        except DrinksimError as error:
-            refused = f"; {seeds - len(found)} of {seeds} refused: {str(error).split(': ')[-1]}"
+        except DrinksimError:
+            refused += 1
+    left = f"{refused} of {seeds} refused" if refused else ""
     if not found:
-        return f"| {name} | | | {refused.lstrip('; ')} |"
+        return f"| {name} | | | {left} |"
     error, stated = ([getattr(one, key) for one in found] for key in ("error_mm", "stated_mm"))
-    seen = min(one.seen for one in found)
-    return f"| {name} | {_span(error)} | {_span(stated)} | {100 * seen:.0f} %{refused} |"
+    seen = f"{100 * min(one.seen for one in found):.0f} %"
+    return (
+        f"| {name} | {_span(error)} | {_span(stated)} | {', '.join(filter(None, [seen, left]))} |"
+    )
 
 
 def _span(values: list[float]) -> str:

@@ -154,12 +154,14 @@ def _depth(state: MarkingState, film: Film, result: Measurement | None) -> Lamp:
         if "error_per_percent_mm" not in effect:
             return Lamp("depth", "green", "Head and package are measured at one depth.")
         wrong = effect["error_per_percent_mm"]
+        pair = markers.bodies[markers.reference][:2]
+        remedy = f": give the distance between {' and '.join(pair)}" if len(pair) > 1 else ""
+        remedy = "" if markers.reference in markers.scale_mm else remedy
         return Lamp(
             "depth",
             "amber",
-            "Head and package are taken to be equally deep. For each 15 mm that the head is nearer "
-            f"(at 1.5 m), positions are wrong by {wrong:.1f} mm: give the distance from ear to "
-            "nose.",
+            f"{markers.reference} and {markers.moving} are taken to be equally deep. For each 15 "
+            f"mm that one is nearer (at 1.5 m), positions are wrong by {wrong:.1f} mm{remedy}.",
         )
     nearer = 100 * (effect["reference_over_moving_scale"] - 1)
     word = "larger" if nearer > 0 else "smaller"

@@ -50,6 +50,7 @@ def test_the_picture_shows_all_spots_and_the_message_how_to_name_them(unnamed, t
     assert (out / "motion.csv").is_file()
 
 
+@pytest.mark.slow
 def test_an_earlier_result_stays(unnamed, tmp_path) -> None:
     video, markers, truths = unnamed
     unsure = markers.read_text()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import shutil
 import time
 from collections.abc import Iterator
@@ -101,6 +102,31 @@ def test_from_an_unmarked_film_to_its_motion_by_mouse_alone(
     away = (motion.relative_mm - truth.relative_mm)[mouth]
     # The camera's constants are not asked for: its distortion is left in the motion.
     assert np.sqrt(np.mean((away - away[0]) ** 2)) < 0.3
+
+
+@pytest.mark.parametrize("name", ["A38-AE", "DC-F", "DC-AE"])
+def test_other_recordings_are_marked_and_tracked(running: Any, tmp_path: Path, name: str) -> None:
+    source = load_scenario(name).recording
+    assert source is not None
+    assert source.markers is not None
+    rough = read_markers(source.markers).positions_px
+    out = tmp_path / "marked"
+    with served(source.video, "--out", str(out), "--end", "0.6") as server:
+        hand = Hand.on(running, server.address)
+        for marker in ("ear", "nose", "package_lower", "package_upper"):
+            at = rough[marker]
+            assert at is not None
+            hand.point(at)
+        hand.click("#track")
+        hand.click("#save")
+        assert hand.error() == ""
+        assert hand.messages == []
+    tracks = read_tracks(out / "tracks.csv")
+    with (Path(source.markers).parent / "truth.csv").open(encoding="utf-8") as file:
+        truth = {(int(row["frame"]), row["marker"]): (float(row["x_px"]), float(row["y_px"]))
+                 for row in csv.DictReader(file)}  # fmt: skip
+    right = np.array([[truth[int(frame), name] for name in tracks.names] for frame in tracks.frame])
+    assert np.sqrt(np.mean((tracks.position_px - right) ** 2)) < 0.1
 
 
 def test_a_hidden_mark_is_set_by_one_drag(running: Any, tmp_path: Path) -> None:

@@ -188,6 +188,7 @@ def test_what_is_saved_is_what_convert_reads_and_shows(
     np.testing.assert_allclose(found.sigma_px[:, order], shown.sigma_px, atol=2e-4)
 
 
+@pytest.mark.slow
 def test_saving_removes_a_motion_of_another_state(tracked: Session) -> None:
     tracked.convert()
     motion = tracked.out / "motion" / "motion.csv"
@@ -249,7 +250,7 @@ def test_lights_turn_green_as_the_film_is_marked(
     [
         (replace(CLIP, frames=3, blur_px=2.6), "blur"),
         (replace(CLIP, frames=3, mark_colour=(0.75, 0.75, 0.75)), "light"),
-        (replace(CLIP, frames=16, exposure_s=0.03), "blur"),
+        pytest.param(replace(CLIP, frames=16, exposure_s=0.03), "blur", marks=pytest.mark.slow),
     ],
 )
 def test_a_poor_film_is_told(clip: Clip, about: str, tmp_path: Path) -> None:
