@@ -58,7 +58,7 @@ def animate(
     at
         show this instant alone, relative time from 0 to 1; ``out`` is a ``.png`` then.
     field
-        what tissue is coloured by, one of :data:`scenarios.views.scene.SHOWN`.
+        what tissue is coloured by, one of :data:`scenarios.views.shown.SHOWN`.
     theme
         one of :data:`scenarios.views.themes.THEMES`: light, or dark for a dim room.
 

@@ -15,7 +15,8 @@ from geometry2d.rigid import RigidPlacement
 from scenarios.results.quantities import IN_NECK_FRAME, LIPS
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Snapshot, Solution
-from scenarios.views.scene import SectionArtists, Shown
+from scenarios.views.scene import SectionArtists
+from scenarios.views.shown import Shown
 from scenarios.views.themes import LIGHT, Theme
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
-from scenarios.views.scene import Shown
+from scenarios.views.shown import Shown
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,8 @@ from scenarios.results.quantities import LIPS
 from scenarios.results.skin_line import SkinLine
 from scenarios.settings.names import nearest
 from scenarios.views.limits import upper_limit
-from scenarios.views.scene import SHOWN, SectionArtists, Shown
+from scenarios.views.scene import SectionArtists
+from scenarios.views.shown import SHOWN, Shown
 from scenarios.views.themes import INK, QUIET, UPPER
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def plot_snapshot(snapshot: Snapshot, field: str, axes: Axes | None = None) -> A
     snapshot
         What to draw.
     field
-        What tissue is coloured by: one of :data:`scenarios.views.scene.SHOWN`, with or without
+        What tissue is coloured by: one of :data:`scenarios.views.shown.SHOWN`, with or without
         its unit.
     axes
         Where; new ones of pyplot by default.

@@ -18,7 +18,7 @@ from scenarios.settings.names import nearest
 from scenarios.settings.scenario import Recording
 from scenarios.views.filmed import Crop, Image, picture_scale, pictures_at
 from scenarios.views.limits import colour_reach, touched_points
-from scenarios.views.scene import SHOWN, Shown
+from scenarios.views.shown import SHOWN, Shown
 from scenarios.views.themes import LIGHT, Theme
 
 Array = NDArray[np.float64]

@@ -6,7 +6,6 @@ hundred frames takes seconds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, cast
 
@@ -14,7 +13,7 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Colormap, Normalize, PowerNorm
+from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Curve
@@ -23,16 +22,13 @@ from numpy.typing import NDArray
 
 from geometry2d.rigid import RigidPlacement
 from scenarios.results.increment import Integers, SectionModel
-from scenarios.results.quantities import ELEMENT_FIELDS, IN_NECK_FRAME, WITH_JAW
+from scenarios.results.quantities import IN_NECK_FRAME, WITH_JAW
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Snapshot
 from scenarios.views.colours import (
-    AROUND_COLOURS,
-    MUSCLE_COLOURS,
-    STRAIN_COLOURS,
-    STRESS_COLOURS,
     pressure_colours,
 )
+from scenarios.views.shown import Shown
 from scenarios.views.themes import (
     BONE,
     BULK,
@@ -66,54 +62,6 @@ BAND_MM = 8.0
 
 # A T6 triangle as the polygon of its six nodes, in order around it.
 AROUND = [0, 3, 1, 4, 2, 5]
-
-
-@dataclass(frozen=True)
-class Shown:
-    """What tissue is coloured by: a field, how it is called, and the unit it is shown in.
-
-    Colours start at ``centre``; where that is not 0 they go as far below it as above. ``whole``
-    colours all tissue, not the dermis alone.
-    """
-
-    field: str
-    title: str
-    unit: str
-    factor: float
-    colours: Colormap
-    centre: float = 0.0
-    whole: bool = False
-
-    def values(self, element: Array) -> Array:
-        """Return values of the field in the unit that is shown."""
-        return element * self.factor
-
-    def reach(self, values: Array) -> Array:
-        """Return how far from the start of the colours values are."""
-        return np.abs(values - self.centre) if self.centre else values
-
-    def tissue(self, model: SectionModel) -> Integers:
-        """Return the elements that are coloured."""
-        names = np.array(model.region_names)[model.region]
-        return np.flatnonzero(self.whole | np.char.endswith(names, "dermis"))
-
-    def norm(self, limit: float) -> Normalize:
-        """Return how colours go with values whose largest reach is ``limit``."""
-        if self.centre:
-            return Normalize(self.centre - limit, self.centre + limit)
-        return PowerNorm(0.5, 0.0, limit)  # low values tell apart
-
-
-SHOWN = {
-    "von_mises_mpa": Shown("von_mises_mpa", "von Mises in dermis", "kPa", 1e3, STRESS_COLOURS),
-    "log_strain_max": Shown("log_strain_max", "largest log strain", "", 1.0, STRAIN_COLOURS),
-    "log_strain_min": Shown("log_strain_min", "compressive log strain", "", -1.0, STRAIN_COLOURS),
-    "thickness_stretch": Shown(
-        "thickness_stretch", "thickness stretch", "", 1.0, AROUND_COLOURS, centre=1.0, whole=True
-    ),
-    "activation": Shown("activation", "activation of muscles", "", 1.0, MUSCLE_COLOURS, whole=True),
-}
-assert SHOWN.keys() == {quantity.name for quantity in ELEMENT_FIELDS}
 
 
 def boundary_loops(triangles: Integers) -> list[Integers]:
@@ -151,7 +99,7 @@ class SectionArtists:
     first
         any snapshot of the run: its undeformed section is drawn, and where contact is known.
     shown
-        what tissue is coloured by, one of :data:`SHOWN`.
+        what tissue is coloured by, one of :data:`scenarios.views.shown.SHOWN`.
     limits
         how far the colours reach: of ``shown`` in its unit, and of the pressure in kPa.
     band_mm

@@ -12,7 +12,7 @@ from scenarios.views.page.histories import doubt_in_words
 from scenarios.views.page.hypertext import Markup, joined, tag
 from scenarios.views.page.moving import shown_fields
 from scenarios.views.page.reported import Reported
-from scenarios.views.scene import SHOWN
+from scenarios.views.shown import SHOWN
 
 CHARTS = (
     ("upper_lip_window_kpa", "Upper lip, pressure over 0.5 mm"),

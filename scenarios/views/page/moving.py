@@ -29,7 +29,8 @@ from scenarios.views.page.packed import packed
 from scenarios.views.page.reported import Reported
 from scenarios.views.plots import IMPRINT_STEP_MM, imprint
 from scenarios.views.run_view import RunView
-from scenarios.views.scene import SHOWN, boundary_loops
+from scenarios.views.scene import boundary_loops
+from scenarios.views.shown import SHOWN
 from scenarios.views.themes import THEMES
 
 Array = NDArray[np.float64]

@@ -26,7 +26,8 @@ from scenarios.views.page.moving import moving_page
 from scenarios.views.page.reported import reported_runs
 from scenarios.views.plots import imprint, plot_histories, plot_imprint
 from scenarios.views.run_view import RunView, RunViewError
-from scenarios.views.scene import FADED, SHOWN, SectionArtists, boundary_loops
+from scenarios.views.scene import FADED, SectionArtists, boundary_loops
+from scenarios.views.shown import SHOWN
 from scenarios.views.themes import THEMES
 from tests.support.made_up_sip import PICTURE_ORIGIN, PICTURE_SCALE, UPPER_MOUTH, earlier_version
 from tests.support.marks import slow

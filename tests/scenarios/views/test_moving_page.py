@@ -17,7 +17,7 @@ from scenarios.results.quantities import LIPS
 from scenarios.results.skin_line import SkinLine
 from scenarios.results.solution import Solution
 from scenarios.views.page.report import write_report
-from scenarios.views.scene import SHOWN
+from scenarios.views.shown import SHOWN
 from tests.support.browser import Visit, driven, grave_faults, opened
 from tests.support.made_up_sip import resealed
 from tests.support.optional import needed_program
