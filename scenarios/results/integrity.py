@@ -18,6 +18,7 @@ from typing import Any
 from geometry2d.foundation.output import PARTIAL, file_at_once
 from scenarios.results.increment import SolutionError
 from scenarios.results.summary import SUMMARY_FILE
+from scenarios.settings.scenario import SHAPE
 
 FILES, ITSELF = "checksums", "checksum"
 
@@ -29,7 +30,9 @@ BLOCK_BYTES = 1 << 20
 INPUTS_FILE = "inputs.json"
 """Version, and checksums of the settings and of the files that a run depends on."""
 
-VERSION, SETTINGS = "version", "settings"
+VERSION, KEYS, SETTINGS = "version", "keys", "settings"
+"""Names of the checksums of what a run depends on beside files: the product's version, the keys
+that its settings have, and their values."""
 
 MOTION, CONVERTED = "motion.file", "motion.converted"
 """Names of the checksum of a given motion, and of the one that a run made of its recording."""
@@ -92,7 +95,8 @@ def fingerprint(scenario_toml: str, inputs: Mapping[str, str]) -> dict[str, str]
         Checksums of files, by the setting that names them.
     """
     settings = hashlib.sha256(scenario_toml.encode()).hexdigest()
-    return {VERSION: version("drinksim"), SETTINGS: settings, **inputs}
+    keys = hashlib.sha256("\n".join(sorted(SHAPE.keys)).encode()).hexdigest()
+    return {VERSION: version("drinksim"), KEYS: keys, SETTINGS: settings, **inputs}
 
 
 def write_inputs(folder: Path, inputs: Mapping[str, str]) -> None:
@@ -123,12 +127,17 @@ def differing_input(folder: Path, inputs: Mapping[str, str]) -> str | None:
     earlier.pop(CONVERTED, None)
     for name in (
         VERSION,
-        *sorted((earlier.keys() | inputs.keys()) - {VERSION, SETTINGS}),
+        KEYS,
+        *sorted((earlier.keys() | inputs.keys()) - {VERSION, KEYS, SETTINGS}),
         SETTINGS,
     ):
         if earlier.get(name) != inputs.get(name):
             if name == VERSION:
                 return f"drinksim {earlier.get(name)}, this is {inputs[name]}"
+            if name == KEYS:
+                return (
+                    f"another state of drinksim {inputs[VERSION]}, whose settings have other keys"
+                )
             if name in FILMED:
                 return f"another {name}"
             return "other settings" if name == SETTINGS else f"another file for {name}"
