@@ -26,6 +26,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fem2d.contact.contact import ContactResponse
 from fem2d.contact.rigid import RigidContactResponse, rigid_responses
 from fem2d.loads.load import Load, Loading
 from fem2d.solvers.bordered import Border
@@ -218,6 +219,24 @@ class Hand:
         ahead = float(later[0]) - time_s
         return ahead if STRETCH * duration_s >= ahead else duration_s
 
+    def feels(self, contacts: Sequence[ContactResponse], time_s: float) -> bool:
+        """Whether something touches wherever a force is to be borne at a time, s.
+
+        Otherwise nothing but the hand's own springs tells, to first order, where the body goes.
+
+        Parameters
+        ----------
+        contacts
+            Responses in a committed state.
+        time_s
+            A later time.
+        """
+        touching = {t.contact.name for t in _pressed(contacts)}
+        return all(
+            force == 0.0 or bool(touching.intersection(names) if names else touching)
+            for names, force in zip(self.contacts, self.borne.at(time_s), strict=True)
+        )
+
     def offset(self, load: Load, recorded: Load) -> Array:
         """Return the offsets (m,) that lead from where the motion puts the body to where it is."""
         x, y = np.subtract(load.move, recorded.move).tolist()
@@ -281,13 +300,17 @@ class Carried:
             turn_rad=at.turn_rad + turn / TURNING_LENGTH_MM,
         )
 
-    def residual(self, trial: ModelBalance) -> Array:
-        """Return ``S z + D ż − Q + Q_ref`` (m,), N."""
-        hand, offset = self.hand, self.values(trial.load)
+    def alone(self, load: Load) -> tuple[Array, Array]:
+        """Return ``S z + D ż + Q_ref`` (m,), N, and its derivative by the offsets (m, m)."""
+        hand, offset = self.hand, self.values(load)
         rate = (offset - self.before) / self.duration_s
-        residual = hand.stiffness @ offset + hand.damping @ rate
-        residual += hand.borne.at(trial.load.time_s)
-        for touch in _moving(trial):
+        held = hand.stiffness @ offset + hand.damping @ rate + hand.borne.at(load.time_s)
+        return held, hand.stiffness + hand.damping / self.duration_s
+
+    def residual(self, trial: ModelBalance) -> Array:
+        """Return ``−Q`` (m,), N."""
+        hand, residual = self.hand, np.zeros(len(self.before))
+        for touch in _pressed(trial.contacts):
             force = touch.force
             if touch.placement != trial.load.placement:
                 force = force + touch.contact.force_of_motion(touch, trial.load.placement)
@@ -299,8 +322,8 @@ class Carried:
         hand, count = self.hand, trial.displacement.size
         columns = np.zeros((count, len(self.before)))
         rows = np.zeros((len(self.before), count))
-        corner = hand.stiffness + hand.damping / self.duration_s
-        for touch in _moving(trial):
+        corner = np.zeros((len(self.before), len(self.before)))
+        for touch in _pressed(trial.contacts):
             weights = hand.weights_of(touch)
             by_motion = touch.contact.force_by_motion(touch, psd=psd)
             by_motion[2] /= TURNING_LENGTH_MM
@@ -331,8 +354,9 @@ def resultant(responses: Sequence[RigidContactResponse], about: RigidPlacement) 
     return total * [1.0, 1.0, TURNING_LENGTH_MM]
 
 
-def _moving(trial: ModelBalance) -> list[RigidContactResponse]:
-    return [t for t in rigid_responses(trial.contacts) if t.contact.moving and t.force.size]
+def _pressed(contacts: Sequence[ContactResponse]) -> list[RigidContactResponse]:
+    """Return the responses of contacts that push the moving bodies."""
+    return [t for t in rigid_responses(contacts) if t.contact.moving and t.force.size]
 
 
 def _push(touch: RigidContactResponse, force: Array, about: RigidPlacement) -> Array:

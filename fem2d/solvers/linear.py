@@ -8,6 +8,7 @@ imports. There it factorises in single precision and refines, which takes two th
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
 from collections.abc import Callable
@@ -45,10 +46,10 @@ class DirectSolver(Protocol):
         """Factorise; raises `SingularMatrixError`."""
 
     def solve(self, right_hand_side: Array, *, residual: float = EXACT) -> Array:
-        """Return the solution (n,) for the matrix factorised last.
+        """Return the solution (n,) or solutions (n, k) for the matrix factorised last.
 
-        Its residual is at most ``residual`` times the largest entry of the right-hand side, or that
-        of double precision. Raises `SingularMatrixError`.
+        The residual of each is at most ``residual`` times the largest entry of its right-hand side,
+        or that of double precision. Raises `SingularMatrixError`.
         """
 
     def another(self) -> DirectSolver:
@@ -114,6 +115,8 @@ class Pardiso:
         from pypardiso import PyPardisoSolver
 
         self._library = PyPardisoSolver(mtype=self._MATRIX_TYPE)
+        self._routine = self._library.libmkl["pardiso"]
+        self._routine.argtypes, self._routine.restype = [ctypes.c_void_p] * 16, None
         self._threads = threads
         for number, value in self._PARAMETERS:
             self._library.set_iparm(number, value)
@@ -124,7 +127,9 @@ class Pardiso:
     def factorise(self, matrix: sp.csr_matrix) -> None:
         """Factorise, analysing anew only if the pattern changed; raises `SingularMatrixError`."""
         nothing = np.zeros(matrix.shape[0])
-        if self._matrix is None or not _same_pattern(self._matrix, matrix):
+        if self._matrix is None or not same_pattern(self._matrix, matrix):
+            self._rows = matrix.indptr.astype(np.int32) + np.int32(1)
+            self._columns = matrix.indices.astype(np.int32) + np.int32(1)
             self._call(self._ANALYSE, matrix, nothing)
         self._matrix = matrix
         self._call(self._FACTORISE, matrix, nothing)
@@ -133,23 +138,37 @@ class Pardiso:
         """Return the solution (n,) for the matrix factorised last, as exactly as it can."""
         if self._matrix is None:
             raise SingularMatrixError(NOTHING_YET)
-        return self._call(self._SOLVE, self._matrix, np.ascontiguousarray(right_hand_side))
+        return self._call(self._SOLVE, self._matrix, np.asarray(right_hand_side, order="F"))
 
     def another(self) -> Pardiso:
         """Return a new solver of the same kind, on one thread."""
         return type(self)()
 
     def _call(self, phase: int, matrix: sp.csr_matrix, vector: Array) -> Array:
-        from pypardiso.pardiso_wrapper import PyPardisoError
-
-        self._library.set_phase(phase)
-        self._library.libmkl.MKL_Set_Num_Threads_Local(self._threads)
-        try:
-            # The wrapper's public solve() analyses the pattern again at every new matrix.
-            solution: Array = self._library._call_pardiso(matrix, vector)
-        except PyPardisoError as error:
-            raise SingularMatrixError(f"PARDISO: {error}") from error
-        return solution
+        """Call the routine itself: the wrapper analyses each matrix anew and copies its pattern."""
+        library, solution = self._library, np.zeros_like(vector)
+        count = 1 if vector.ndim == 1 else vector.shape[1]
+        one, kind, size, quiet, error = 1, self._MATRIX_TYPE, matrix.shape[0], 0, 0
+        numbers = np.array([one, one, kind, phase, size, count, quiet, error], np.int32)
+        at = [numbers.ctypes.data + numbers.itemsize * i for i in range(numbers.size)]
+        library.libmkl.MKL_Set_Num_Threads_Local(self._threads)
+        self._routine(
+            library.pt.ctypes.data,
+            *at[:5],
+            matrix.data.ctypes.data,
+            self._rows.ctypes.data,
+            self._columns.ctypes.data,
+            library.perm.ctypes.data,
+            at[5],
+            library.iparm.ctypes.data,
+            at[6],
+            vector.ctypes.data,
+            solution.ctypes.data,
+            at[7],
+        )
+        if numbers[-1] != 0:
+            raise SingularMatrixError(f"PARDISO: error {numbers[-1]}")
+        return np.ascontiguousarray(solution)
 
     def __del__(self, at_exit: Callable[[], bool] = sys.is_finalizing) -> None:
         matrix = getattr(self, "_matrix", None)
@@ -165,9 +184,8 @@ class _SinglePardiso(Pardiso):
 
     def factorise(self, matrix: sp.csr_matrix) -> None:
         """Factorise, analysing anew only if the pattern changed; raises `SingularMatrixError`."""
-        single = matrix.copy()
-        single.data = matrix.data.astype(np.float32)
-        super().factorise(single)
+        data = matrix.data.astype(np.float32)
+        super().factorise(sp.csr_matrix((data, matrix.indices, matrix.indptr), matrix.shape))
 
     def _call(self, phase: int, matrix: sp.csr_matrix, vector: Array) -> Array:
         return super()._call(phase, matrix, vector.astype(np.float32)).astype(float)
@@ -218,20 +236,22 @@ class RefinedPardiso:
     def _refined(self, matrix: sp.csr_matrix, wanted: Array, residual: float) -> Array | None:
         """Return the solution for ``wanted``; None if refining does not get there."""
         solution, left = np.zeros_like(wanted), wanted
-        size = float(np.max(np.abs(wanted), initial=0.0))
+        size = np.max(np.abs(wanted), axis=0, initial=0.0)
         enough = residual * size
         for _ in range(self._MOST_SOLUTIONS):
-            if size <= enough:
+            if np.all(size <= enough):
                 return solution
-            solution += size * self._single.solve(left / size)
+            scale = np.where(size > 0, size, 1.0)
+            solution += scale * self._single.solve(left / scale)
             left = wanted - matrix @ solution
-            before, size = size, float(np.max(np.abs(left)))
-            if not size < 0.1 * before:
+            before, size = size, np.max(np.abs(left), axis=0)
+            if not np.all((size < 0.1 * before) | (size <= enough)):
                 return None
-        return solution if size <= enough else None
+        return solution if np.all(size <= enough) else None
 
 
-def _same_pattern(one: sp.csr_matrix, other: sp.csr_matrix) -> bool:
+def same_pattern(one: sp.csr_matrix, other: sp.csr_matrix) -> bool:
+    """Whether two matrices have their entries at the same places, in the same order."""
     return np.array_equal(one.indptr, other.indptr) and np.array_equal(one.indices, other.indices)
 
 
@@ -263,7 +283,9 @@ class SymmetricPardiso(Pardiso):
     """PARDISO with Bunch and Kaufman's pivots; it is given the upper triangle."""
 
     _MATRIX_TYPE = -2
-    _PARAMETERS = ((1, 1), (2, 2), (10, 13))
+    # 2: minimum degree, whose analysis takes half as long as nested dissection: what touches what
+    # changes, and every pattern is factorised only a few times.
+    _PARAMETERS = ((1, 1), (2, 0), (10, 13))
     _NEGATIVE_PIVOTS = 23
 
     def factorise(self, matrix: sp.csr_matrix) -> None:

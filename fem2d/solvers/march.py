@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from fem2d.solvers.model import Model, ModelBalance
 from fem2d.solvers.newton import NewtonResult
 from fem2d.solvers.newton_settings import NewtonSettings
 from fem2d.solvers.state import State
-from fem2d.solvers.step_control import StepSettings, growth, is_sound, proposed_duration
+from fem2d.solvers.step_control import StepSettings, growth, is_sound, may_travel, proposed_duration
 from fem2d.solvers.stepper import Stepper
 from fem2d.threads import Threads
 from geometry2d.foundation.errors import DrinksimError
@@ -166,9 +167,14 @@ def _tried(
             duration = hand.aligned(state.time_s, duration)
             if last_s - (state.time_s + duration) < steps.shortest_s:  # no step would fit there
                 duration = last_s - state.time_s
-        further = None if hand is None else hand.unknowns(loading, state, duration)
         load = carried(state.time_s + duration)
-        trial, balance = stepper.attempt(state, load, duration, body, further)
+        if hand is None:
+            trial, balance = stepper.attempt(state, load, duration, body)
+        else:
+            trial, balance = stepper.attempt(
+                state, load, duration, body, hand.unknowns(loading, state, duration),
+                partial(_may_reach, steps, hand, state, contacts),
+            )  # fmt: skip
         iterations += trial.iterations
         sound = is_sound(steps, trial, balance, contacts, carried=hand is not None)
         if sound:
@@ -177,6 +183,18 @@ def _tried(
         at_most = steps.cutback * duration
         if at_most < steps.shortest_s:
             return _Step(False, trial, balance, duration, rejected, iterations)
+
+
+def _may_reach(
+    steps: StepSettings,
+    hand: Hand,
+    state: State,
+    contacts: tuple[ContactResponse, ...],
+    load: Load,
+) -> bool:
+    """Whether a step is predicted to bring a body in a hand to where a load has it."""
+    felt = hand.feels(contacts, load.time_s)
+    return felt and may_travel(steps, contacts, state.placement, load.placement)
 
 
 def _loading(motion: RigidMotion | Loading, end_s: float | None) -> tuple[Loading, float]:

@@ -67,6 +67,7 @@ class ModelBalance(Balance):
     before: State
     duration_s: float | None
     forces: Array
+    tangent: Callable[[bool], Tangent]
     body: Response
     contacts: tuple[ContactResponse, ...]
     stiffness: Callable[[bool], sp.csr_matrix]
@@ -76,6 +77,8 @@ class FurtherUnknowns(Protocol):
     """Unknowns beside the displacements, each a value of the load, with one equation each.
 
     For instance a pressure for which a node reaches a position (`fem2d.solvers.static.Steering`).
+    What is left of the equations, as forces, N, is a sum: of what the unknowns add by themselves
+    and of what the tissue adds, component by component.
     """
 
     def values(self, load: Load) -> Array:
@@ -86,12 +89,19 @@ class FurtherUnknowns(Protocol):
         """Return the load with these values (m,) of the unknowns."""
         ...
 
+    def alone(self, load: Load) -> tuple[Array, Array]:
+        """Return what the unknowns add by themselves (m,), N, and its derivative by them (m, m)."""
+        ...
+
     def residual(self, trial: ModelBalance) -> Array:
-        """Return what is left of the equations (m,), as forces, N."""
+        """Return what the tissue adds (m,), N."""
         ...
 
     def border(self, trial: ModelBalance, *, psd: bool) -> Border:
-        """Return the derivatives; with ``psd`` to go with the stand-in of the stiffness."""
+        """Return the derivatives of the forces on the tissue and of what the tissue adds.
+
+        With ``psd`` to go with the stand-in of the stiffness.
+        """
         ...
 
 
@@ -352,12 +362,14 @@ class Model:
 
     def _bordered(self, plain: ModelBalance, further: FurtherUnknowns) -> ModelBalance:
         """Return a balance with the equations of further unknowns."""
+        alone, corner = further.alone(plain.load)
 
         def tangent(psd: bool) -> Tangent:
             border = further.border(plain, psd=psd)
+            border = replace(border, corner=corner + border.corner)
             return self.eliminated(Tangent(plain.stiffness(psd), border))
 
-        residual = np.concatenate([plain.residual, further.residual(plain)])
+        residual = np.concatenate([plain.residual, alone + further.residual(plain)])
         return replace(plain, residual=residual, tangent=tangent)
 
     def change_of_load(self, balance: ModelBalance, load: Load) -> Array:

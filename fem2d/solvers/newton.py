@@ -10,8 +10,8 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fem2d.solvers.bordered import BorderedSolver, Tangent
-from fem2d.solvers.linear import DirectSolver, SingularMatrixError
+from fem2d.solvers.bordered import BorderedSolver, JoinedTangent, Tangent
+from fem2d.solvers.linear import SingularMatrixError
 from fem2d.solvers.newton_settings import NewtonSettings
 
 Array = NDArray[np.float64]
@@ -45,7 +45,7 @@ class Balance:
 
     residual: Array
     force_scale: float
-    tangent: Callable[[bool], Tangent]
+    tangent: Callable[[bool], Tangent | JoinedTangent]
 
 
 SomeBalance = TypeVar("SomeBalance", bound=Balance)
@@ -100,7 +100,7 @@ def solve(
     balance_at: Callable[[Array], SomeBalance],
     start: Array,
     *,
-    solver: DirectSolver,
+    solver: BorderedSolver,
     settings: NewtonSettings,
     further: int = 0,
 ) -> tuple[NewtonResult, SomeBalance]:
@@ -125,13 +125,13 @@ def solve(
     start
         (2n + m,) where to begin.
     solver
-        For the linear systems of the displacements.
+        For the linear systems.
     settings
         When a balance is good enough.
     further
         m, how many of the unknowns are no displacements.
     """
-    newton = _Newton(balance_at, BorderedSolver(solver), settings)
+    newton = _Newton(balance_at, solver, settings)
     at, balance = start, balance_at(start)
     norms = [_norm(balance)]
 

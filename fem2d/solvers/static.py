@@ -19,19 +19,19 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 from fem2d.contact.contact import ContactResponse
 from fem2d.loads.load import Load
 from fem2d.loads.pressure import FollowerPressure
-from fem2d.solvers.bordered import Border
+from fem2d.solvers.bordered import Border, BorderedSolver
 from fem2d.solvers.linear import EXACT, DirectSolver, SingularMatrixError, fastest_solver
 from fem2d.solvers.model import FurtherUnknowns, Model, ModelBalance
 from fem2d.solvers.newton import NewtonResult, NewtonStatus
 from fem2d.solvers.newton_settings import NewtonSettings
-from fem2d.solvers.state import State
-from fem2d.solvers.step import (
-    Trial,
-    balanced,
-    from_prediction,
+from fem2d.solvers.prediction import (
+    Departure,
     predicted,
+    predicted_together,
     with_supports_moved,
 )
+from fem2d.solvers.state import State
+from fem2d.solvers.step import Trial, balanced, from_prediction
 from fem2d.threads import ONE_THREAD, Threads
 from geometry2d.foundation.errors import DrinksimError
 from geometry2d.foundation.settings import setting
@@ -176,6 +176,10 @@ class Steering:
     def applied(self, load: Load, values: Array) -> Load:
         """Return the load with a pressure (1,), MPa."""
         return replace(load, pressure_mpa=float(values[0]))
+
+    def alone(self, load: Load) -> tuple[Array, Array]:
+        """Return that the pressure by itself moves nothing."""
+        return np.zeros(1), np.zeros((1, 1))
 
     def residual(self, trial: ModelBalance) -> Array:
         """Return the missing displacement (1,) as a force, N."""
@@ -332,9 +336,14 @@ def static_step(
     start = guess
     if start is None:
         unbalanced = -model.change_of_load(before.balance, load)
-        start, load = predicted(
-            before.balance, unbalanced, load, solver=solver, residual=EXACT, further=further
-        )
+        departure = Departure.of(before.balance, unbalanced, load)
+        if further is None:
+            start = predicted(departure, load, solver=solver, residual=EXACT)
+        else:
+            prediction = predicted_together(
+                [departure], load, [load], further, solver=BorderedSolver(solver), residual=EXACT
+            )
+            (start,), load = prediction.displacements, prediction.load
 
     def solved(start: Array) -> Trial:
         state = before.state

@@ -198,7 +198,7 @@ def is_sound(
     if _deepest(balance.contacts) - _deepest(contacts) > steps.penetration_growth_mm:
         return False
     here, there = balance.before.placement, balance.load.placement
-    if carried and _allowed_share(steps, contacts, here, there) < steps.leap_share:
+    if carried and not may_travel(steps, contacts, here, there):
         return False
     snapped = trial.predictor_error_mm > steps.snap_errors * steps.accuracy_mm
     return not (snapped and balance.duration_s > steps.snap_s)
@@ -212,6 +212,19 @@ def growth(steps: StepSettings, trial: NewtonResult, rejected: int) -> float:
         usual = steps.longer if trial.iterations <= steps.easy_iterations else 1.0
     accurate = math.sqrt(steps.accuracy_mm / max(trial.predictor_error_mm, TINY_MM))
     return max(steps.least_growth, min(usual, accurate))
+
+
+def may_travel(
+    steps: StepSettings,
+    contacts: tuple[ContactResponse, ...],
+    here: RigidPlacement,
+    there: RigidPlacement,
+) -> bool:
+    """Whether bodies in a hand may move in one step from one placement to another.
+
+    ``contacts`` are the responses in the committed state.
+    """
+    return _allowed_share(steps, contacts, here, there) >= steps.leap_share
 
 
 def _allowed_share(

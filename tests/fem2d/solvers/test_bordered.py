@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from fem2d.solvers.bordered import Border, BorderedSolver, Tangent
+from fem2d.solvers.bordered import AtRest, Border, BorderedSolver, JoinedTangent, Tangent
 from fem2d.solvers.linear import SingularMatrixError, SuperLu
+from fem2d.threads import Threads
 
 
 def bordered(count: int, further: int, seed: int, corner: bool) -> tuple[Tangent, np.ndarray]:
@@ -40,6 +41,34 @@ def test_without_a_border_it_is_the_solver_itself():
     plain.factorise(tangent.matrix)
     wrapped.factorise(Tangent(tangent.matrix))
     assert np.array_equal(plain.solve(wanted), wrapped.solve(wanted))
+
+
+def test_blocks_with_one_border_are_solved_like_a_dense_matrix():
+    (one, _), (other, _) = bordered(40, 3, 7, True), bordered(25, 3, 8, True)
+    corner = np.diag([2.0, 3.0, 5.0])
+    whole = np.zeros((68, 68))
+    whole[:40, :40], whole[40:65, 40:65] = one.matrix.toarray(), other.matrix.toarray()
+    whole[:65, 65:] = np.vstack([one.border.columns, other.border.columns])
+    whole[65:, :65] = np.hstack([one.border.rows, other.border.rows])
+    whole[65:, 65:] = one.border.corner + other.border.corner + corner
+    wanted = np.random.default_rng(9).normal(size=68)
+    solutions = []
+    for threads in (Threads(1), Threads(2)):
+        solver = BorderedSolver(SuperLu(), SuperLu(), threads=threads)
+        solver.factorise(JoinedTangent((lambda: one, lambda: other), corner))
+        solutions.append(solver.solve(wanted))
+    np.testing.assert_allclose(solutions[0], np.linalg.solve(whole, wanted), rtol=1e-9)
+    assert np.array_equal(*solutions)
+
+
+def test_a_block_at_rest_takes_no_part_in_a_step():
+    moving, whole = bordered(40, 3, 7, True)
+    wanted = np.random.default_rng(9).normal(size=25 + 43)
+    solver = BorderedSolver(SuperLu(), SuperLu())
+    solver.factorise(JoinedTangent((lambda: AtRest(25), lambda: moving), np.zeros((3, 3))))
+    found = solver.solve(wanted)
+    assert np.array_equal(found[:25], np.zeros(25))
+    np.testing.assert_allclose(found[25:], np.linalg.solve(whole, wanted[25:]), rtol=1e-9)
 
 
 def test_a_nearly_singular_matrix_may_have_a_sound_border():

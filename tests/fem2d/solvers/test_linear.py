@@ -183,3 +183,20 @@ def test_softest_mode_is_the_eigenvector_of_the_lowest_eigenvalue():
     assert values[0] < 0
     assert rayleigh == pytest.approx(values[0], rel=1e-3)
     assert abs(mode @ vectors[:, 0]) == pytest.approx(1.0, abs=1e-2)
+
+
+@pytest.mark.parametrize("residual", [1e-5, EXACT])
+@pytest.mark.parametrize("solver", [SuperLu, Pardiso, RefinedPardiso])
+def test_several_right_hand_sides_are_solved_at_once(solver, residual):
+    if solver is not SuperLu:
+        pytest.importorskip("pypardiso")
+    matrix = unsymmetric(3)
+    wanted = np.random.default_rng(4).normal(size=(60, 3)) * [1.0, 1e-6, 0.0]
+    one = solver()
+    one.factorise(matrix)
+    found = one.solve(wanted, residual=residual)
+    assert found.shape == wanted.shape
+    left = np.abs(wanted - matrix @ found).max(axis=0)
+    assert np.all(left <= residual * np.abs(wanted).max(axis=0))
+    single = np.column_stack([one.solve(column, residual=residual) for column in wanted.T])
+    np.testing.assert_allclose(found, single, atol=10 * residual * np.abs(found).max())
