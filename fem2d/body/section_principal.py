@@ -57,14 +57,14 @@ def principal_thickness(packed: Array, principal: Array) -> tuple[float, bool]:
             alpha = packed[3 + 3 * k]
             scale = 2.0 * packed[2 + 3 * k] / alpha
             first, second = 1.0 + principal[k, 0], 1.0 + principal[k, 1]
-            shrink = math.exp(-alpha * v / 3.0)
+            shrink = 1.0 if v == 0.0 else math.exp(-alpha * v / 3.0)
             across = scale / (first * second * shrink * shrink)
             inside = scale * (first + second) * shrink
             residual += (2.0 * across - inside) / 3.0
             slope += alpha * (4.0 * across + inside) / 9.0
             curvature += alpha * alpha * (8.0 * across - inside) / 27.0
             size += alpha * (across + inside)
-        w = math.expm1(v)
+        w = 0.0 if v == 0.0 else math.expm1(v)
         J = 1.0 + w
         _, first, second = principal_volume(packed, w)
         residual += J * first

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -117,7 +118,7 @@ class Surface:
         ):
             object.__setattr__(self, name, value)
 
-    @property
+    @cached_property
     def dofs(self) -> Index:
         """(m, 2k) degrees of freedom of each edge, node by node, x before y."""
         dofs: Index = (2 * self.edges[:, :, None] + np.arange(2)).reshape(len(self.edges), -1)
@@ -159,6 +160,8 @@ class Surface:
         ``edges`` (j,) picks the edges that the tractions belong to; all of them by default.
         """
         chosen = np.arange(len(self.edges)) if edges is None else edges
+        if len(chosen) == 0:
+            return self.dofs[:0], np.zeros((0, self.dofs.shape[1]))
         nodal = np.einsum("qk,mq,mqc->mkc", self.shape, self.weight[chosen], traction)
         return self.dofs[chosen], nodal.reshape(len(chosen), 2 * self.edges.shape[1])
 

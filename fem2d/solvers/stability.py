@@ -16,7 +16,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from fem2d.solvers.linear import negative_pivots, symmetric_solver
+from fem2d.solvers.linear import negative_pivots, same_pattern, symmetric_solver
+from geometry2d.foundation.errors import DrinksimError
 
 Array = NDArray[np.float64]
 
@@ -96,7 +97,7 @@ def instability_of(tangent: sp.csr_matrix, positions: Array) -> Instability | No
     positions
         (n, 2) deformed positions of the nodes, mm.
     """
-    symmetric = (0.5 * (tangent + tangent.T)).tocsr()
+    symmetric = symmetric_part(tangent)
     modes = negative_pivots(symmetric)
     if modes == 0:
         return None
@@ -112,15 +113,34 @@ def instability_of(tangent: sp.csr_matrix, positions: Array) -> Instability | No
     )
 
 
+def symmetric_part(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """Return ½ (K + Kᵀ) of a matrix whose pattern is symmetric, in the same pattern.
+
+    scipy's sum would leave out entries that happen to vanish, and the solver analyse a pattern
+    anew that changes from one equilibrium to the next.
+    """
+    transposed = matrix.T.tocsr()
+    if not same_pattern(matrix, transposed):
+        raise DrinksimError("a tangent couples one unknown to another, but not that one to it")
+    data = 0.5 * (matrix.data + transposed.data)
+    return sp.csr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+
+
 def softest_mode(symmetric: sp.csr_matrix) -> Array:
     """Return the eigenvector (2n,) of the lowest eigenvalue of a symmetric matrix."""
-    identity = sp.identity(symmetric.shape[0], format="csr")
     below = -1e-6 * float(np.median(np.abs(symmetric.diagonal())))
     # Shifted to just below the spectrum, inverse iteration finds its lowest end in a few steps.
-    while negative_pivots((symmetric - below * identity).tocsr()) > 0:
+    while negative_pivots(_shifted(symmetric, below)) > 0:
         below *= 10
     inverse = LinearOperator(symmetric.shape, matvec=symmetric_solver().solve, dtype=float)
     start = np.ones(symmetric.shape[0])
     _, vectors = eigsh(symmetric, k=1, sigma=below, which="LM", v0=start, tol=1e-4, OPinv=inverse)
     mode: Array = vectors[:, 0]
     return mode
+
+
+def _shifted(matrix: sp.csr_matrix, by: float) -> sp.csr_matrix:
+    """Return a matrix, all of whose diagonal is stored, less a multiple of the identity."""
+    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+    data = np.where(rows == matrix.indices, matrix.data - by, matrix.data)
+    return sp.csr_matrix((data, matrix.indices, matrix.indptr), shape=matrix.shape)
