@@ -45,8 +45,8 @@ def main() -> None:
     for name in CASES:
         system = model(name)
         state = pressed(system, 0.5, increments=15)
-        balance = system.balance(state.displacement, state.placement, state, 0.01)
-        matrix = balance.tangent(False)
+        balance = system.balance(state.displacement, state.load, state, 0.01)
+        matrix = balance.tangent(False).matrix
         right_hand_side = np.random.default_rng(1).normal(size=matrix.shape[0])
         for solver in (RefinedPardiso(), Pardiso(), SuperLu()):
             factor, solve = timed(solver, matrix, right_hand_side, repeats)
