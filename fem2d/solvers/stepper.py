@@ -166,8 +166,7 @@ class Stepper:
                 ),
             )  # fmt: skip
 
-        unpredicted = [each.moved for each in departures]
-        return from_prediction(solved, prediction, Prediction(load, unpredicted, unpredicted))
+        return from_predictions(solved, prediction, load, [each.moved for each in departures])
 
     def _first_contact(self, state: State, predicted: Sequence[Array], load: Load) -> State:
         """Return the state with the first contacts of a step that components are predicted to."""
@@ -213,6 +212,24 @@ class Stepper:
             further=further, body=body, threads=self._threads,
         )  # fmt: skip
         return replace(whole, start=start, norms=(*norms[:-1], *whole.norms)), balance
+
+
+def from_predictions(
+    solved: Callable[[Prediction], Trial],
+    prediction: Prediction,
+    load: Load,
+    unpredicted: list[Array],
+) -> Trial:
+    """Return the trial from a prediction; where it fails, from further unknowns where they were.
+
+    A hand that follows a recorded motion, and stays where it was, so finds the recorded motion even
+    through a snap that its predictor does not foresee.
+    """
+    trial, balance = from_prediction(solved, prediction, Prediction(load, unpredicted, unpredicted))
+    if trial.converged or prediction.load is load:
+        return trial, balance
+    again, there = solved(Prediction(load, prediction.kept, prediction.kept))
+    return replace(again, norms=(*trial.norms[:-1], *again.norms)), there
 
 
 def _met(component: Component, state: State, predicted: Array, load: Load) -> State:
@@ -274,5 +291,4 @@ def attempt(
             newton=newton, further=further, threads=threads,
         )  # fmt: skip
 
-    unpredicted = [with_supports_moved(model, here, load)]
-    return from_prediction(solved, prediction, Prediction(load, unpredicted, unpredicted))
+    return from_predictions(solved, prediction, load, [with_supports_moved(model, here, load)])

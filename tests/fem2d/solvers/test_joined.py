@@ -21,8 +21,11 @@ from fem2d.solvers.joined import joined_at
 from fem2d.solvers.linear import SuperLu
 from fem2d.solvers.march import MarchStatus, march
 from fem2d.solvers.model import Model
+from fem2d.solvers.newton import NewtonResult, NewtonStatus
+from fem2d.solvers.prediction import Prediction
 from fem2d.solvers.state import State
 from fem2d.solvers.step_control import StepSettings
+from fem2d.solvers.stepper import from_predictions
 from fem2d.threads import Threads
 from geometry2d.outline import Outline
 from tests.support.contact_models import FINE, block, linear_elastic, path, unknowns
@@ -189,3 +192,21 @@ def test_a_hand_feels_what_it_bears_only_where_something_touches(marched):
     separate = replace(HAND, contacts=(("lower",), ("upper",), ("elsewhere",)))
     assert not separate.feels(last.contacts, 1.5)
     assert first.state.time_s < 1.0
+
+
+def test_where_the_predicted_hand_leads_nowhere_it_is_tried_where_it_was():
+    still, moved = Load(), Load(move=(0.1, 0.0))
+    prediction = Prediction(moved, [np.ones((2, 2))], [np.zeros((2, 2))])
+    tried: list[Prediction] = []
+
+    def solved(start: Prediction):
+        tried.append(start)
+        status = NewtonStatus.CONVERGED if start.load is still else NewtonStatus.STALLED
+        end = start.displacements[0]
+        return NewtonResult(status, end, end, np.empty(0), (1.0, 0.5, 0.1), 1.0), None
+
+    trial, _ = from_predictions(solved, prediction, still, [np.zeros((2, 2))])
+    assert [start.load for start in tried] == [moved, still]
+    assert np.array_equal(tried[1].displacements[0], prediction.kept[0])
+    assert trial.converged
+    assert trial.iterations == 4, "those of the trial that failed count"
