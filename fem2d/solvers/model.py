@@ -321,6 +321,8 @@ class Model:
         """Return the unbalanced forces (2n,) without supports, and the largest that acts, N."""
         contact_force = np.zeros(displacement.size)
         for contact, touch in zip(self.contacts, contacts, strict=True):
+            if not touch.force.size:
+                continue
             np.add.at(contact_force, touch.dofs, touch.force)
             if bodies_still:
                 moved = contact.force_of_motion(touch, load.placement)

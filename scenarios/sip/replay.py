@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fem2d.contact.rigid import rigid_contacts, rigid_responses
 from fem2d.loads.load import Load
@@ -20,6 +21,7 @@ from fem2d.solvers.model import Model
 from fem2d.solvers.state import State
 from fem2d.threads import Threads
 from geometry2d.foundation.progress import Progress, Warn, no_progress, silent
+from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion, RigidPlacement
 from scenarios.messages import lines
 from scenarios.placing.carrying import CarriedNeck, carried
@@ -42,6 +44,8 @@ from scenarios.sip.lip_muscles import about_muscles
 from scenarios.sip.measures import LipMeasures
 from scenarios.sip.pull import PullResult, find_pull
 from scenarios.sip.tilted_liquid import tilted_liquid
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -421,11 +425,15 @@ def _neighbourhood(model: Model, near_mm: float) -> Callable[[RigidPlacement], b
         if pair.moving
     ]
 
+    def touches(place: RigidPlacement, outline: Outline, skin: Array) -> bool:
+        points = place.pull_back(skin)
+        left, low, right, high = outline.box
+        nearest = np.clip(points, (left, low), (right, high))
+        points = points[np.all(np.abs(points - nearest) < near_mm, axis=1)]
+        return len(points) > 0 and bool(np.min(outline.project(points).distance) < near_mm)
+
     def near(place: RigidPlacement) -> bool:
-        return any(
-            np.min(outline.project(place.pull_back(skin)).distance) < near_mm
-            for outline, skin in moving
-        )
+        return any(touches(place, outline, skin) for outline, skin in moving)
 
     return near
 
