@@ -201,6 +201,10 @@ class Marking:
         """Return the marking with a position of a marker."""
         self._check_marker(marker)
         _check_point(marker, placed.at)
+        if frame != self.first_frame and self.first_frame not in self.placed.get(marker, {}):
+            raise MarkingError(
+                f"{marker}: place it in the first frame ({self.first_frame}) before it is corrected"
+            )
         for name, places in self.placed.items():
             other = places.get(frame)
             if name != marker and other is not None and math.dist(other.at, placed.at) < 2.0:

@@ -297,8 +297,10 @@ def without_track(tracks: Tracks | None, marker: str) -> Tracks | None:
     )
 
 
-def by_hand(marking: Marking, film: Film) -> Tracks:
-    """Return the positions set by hand as a table of tracks."""
+def by_hand(marking: Marking, film: Film) -> Tracks | None:
+    """Return the positions set by hand as a table of tracks; None if there are none."""
+    if not any(marking.placed.values()):
+        return None
     frames = sorted({frame for places in marking.placed.values() for frame in places})
     names = [name for name in marking.names if name in marking.placed]
     position = np.full((len(frames), len(names), 2), np.nan)

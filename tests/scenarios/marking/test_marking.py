@@ -90,6 +90,7 @@ def test_without_its_first_position_a_marker_has_none() -> None:
             lambda m: put(m, "nose", (math.nan, 0.0)),
             "is no place in a picture",
         ),
+        (lambda m: m.with_marker("jaw_front", 4, PlacedPoint((1.0, 1.0))), "in the first frame"),
         (lambda m: m.without_marker("nose", 4), "nothing was set by hand in frame 4"),
         (lambda m: m.with_length("head", Length(14.0)), "60 to 200 mm apart, not 14 mm"),
         (lambda m: m.with_length("jaw", Length(14.0)), "'jaw' has no two marks"),

@@ -270,3 +270,23 @@ def test_the_page_gets_values_for_json(tracked: Session) -> None:
     assert again["film"]["frames"] == list(range(CLIP.frames))
     assert again["tracks"]["nose"]["status"] == "s" * CLIP.frames
     assert again["markers"][0]["placed"]["0"][2] is True
+
+
+@pytest.mark.slow
+def test_stickers_need_no_click(tmp_path: Path) -> None:
+    clip = replace(
+        CLIP, width=1280, height=720, px_per_mm=3.0, frames=8,
+        stickers=("ear", "nose", "package_lower", "package_upper"),
+    )  # fmt: skip
+    video, _, truths = clip.write(tmp_path)
+    given = tmp_path / "stickers.toml"
+    given.write_text("[markers]\n" + "".join(f'{name} = "sticker"\n' for name in clip.stickers))
+    session = session_of(video, tmp_path / "out", markers=given)
+    do(session, "track")
+    with pytest.raises(MarkingError, match="is found by itself"):
+        do(session, "place", marker="ear", frame=0, x=50.0, y=50.0)
+    session.convert()
+    assert session.converted is not None
+    assert session.state.tracks is not None
+    ear = session.state.tracks.of("ear")[0][0]
+    assert math.dist(ear, at(truths[0], "ear")) < 0.5

@@ -48,9 +48,8 @@ export function goTo(row) {
 export function choose(tool) {
   store.tool = tool;
   store.ruler = [];
-  if (tool && (tool.kind === "style" || (tool.kind === "marker" && !store.state.tracks))) {
-    store.row = firstRow();
-  }
+  const marker = store.state.markers.find(({ name }) => tool?.kind === "marker" && name === tool.name);
+  if (tool?.kind === "style" || (marker && unplaced(marker))) store.row = firstRow();
   changed();
 }
 
