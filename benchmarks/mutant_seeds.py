@@ -35,6 +35,7 @@ from mocap.video.frames import Video
 from scenarios.recordings.script import LIBRARY, read_script
 from scenarios.settings.scenario import load_scenario, resolved_toml
 from scenarios.studies.fit import Target
+from tests.support.foreign_files import KVA, deeplabcut_h5, sleap_h5
 from tests.support.made_up_motion import made_up_motion
 
 NAMES = ("ear", "nose", "package_lower", "package_upper")
@@ -211,6 +212,19 @@ def deeplabcut(folder: Path) -> list[Path]:
     return written(folder, {"points.csv": "\n".join(lines) + "\n"})
 
 
+def poses_h5(folder: Path) -> list[Path]:
+    return [
+        sleap_h5(folder / "one.h5"),
+        sleap_h5(folder / "two.h5", tracks=2, later=True),
+        deeplabcut_h5(folder / "net.h5"),
+        deeplabcut_h5(folder / "animals.h5", animals=("a", "b"), protocol=4),
+    ]
+
+
+def annotations(folder: Path) -> list[Path]:
+    return written(folder, {"film.kva": KVA, "other.xml": KVA.replace("512", "1")})
+
+
 def svg(folder: Path) -> list[Path]:
     neck = neck_section(A38_NECK)
     shapes = []
@@ -376,6 +390,8 @@ PARSERS = {
     "kinovea": Parser(read_positions, kinovea),
     "tracker": Parser(read_positions, tracker),
     "deeplabcut": Parser(_positions, deeplabcut),
+    "poses-h5": Parser(read_positions, poses_h5),
+    "annotations": Parser(read_positions, annotations),
     "svg": Parser(_drawing, svg),
     "dxf": Parser(drawn_neck, dxf),
     "stl": Parser(_cut, stl),

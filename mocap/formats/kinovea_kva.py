@@ -16,7 +16,7 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry2d.foundation.text import number, quoted
+from geometry2d.foundation.text import number, quoted, short
 from mocap.formats.marker_table import (
     ExchangeError,
     MarkerTable,
@@ -31,6 +31,8 @@ ROOT = "KinoveaVideoAnalysis"
 FIRST_FORMAT = 2.0
 OFF_FRAME = 0.25
 """A point belongs to a frame if its time stamp is so near to it, in frames."""
+
+MOST_FRAMES = 10**9
 
 GENERAL = ("FormatVersion", "AverageTimeStampsPerFrame", "FirstTimeStamp")
 
@@ -52,8 +54,10 @@ def read_kva(path: Path | str) -> MarkerTable:
     parser.EntityDeclHandler = reader.refuse_entity
     try:
         parser.Parse(text_of(file).encode("utf-8"), True)
+    except ExchangeError:
+        raise
     except (expat.ExpatError, LookupError, ValueError) as error:
-        raise ExchangeError(f"{file}: is not readable as XML: {error}") from None
+        raise ExchangeError(f"{file}: is not readable as XML: {short(str(error))}") from None
     return reader.table()
 
 
@@ -63,7 +67,7 @@ class _KvaReader:
     def __init__(self, file: Path) -> None:
         self._file = file
         self._open: list[str] = []
-        self._text = ""
+        self._parts: list[str] = []
         self._general: dict[str, float] = {}
         self._tracks: list[tuple[str, list[tuple[float, float, float]]]] = []
 
@@ -79,24 +83,26 @@ class _KvaReader:
         elif tag == "MainLabel" and self._tracks and not self._tracks[-1][0]:
             self._tracks[-1] = (attributes.get("Text", ""), self._tracks[-1][1])
         self._open.append(tag)
-        self._text = ""
+        self._parts.clear()
 
     def characters(self, text: str) -> None:
-        """Take up text."""
-        self._text += text
+        """Take up the text of what is read."""
+        if self._open[-1] in (*GENERAL, "TrackPoint"):
+            self._parts.append(text)
 
     def end(self, tag: str) -> None:
         """End an element."""
         self._open.pop()
+        text = "".join(self._parts).strip()
+        self._parts.clear()
         if tag in GENERAL and self._open == [ROOT]:
-            self._general[tag] = self._number(self._text.strip(), tag)
+            self._general[tag] = self._number(text, tag)
         elif tag == "TrackPoint" and self._tracks:
-            parts = self._text.strip().split(";")
+            parts = text.split(";")
             if len(parts) < 3:
-                raise ExchangeError(f"{self._file}: a point is {quoted(self._text)}, not x;y;t")
+                raise ExchangeError(f"{self._file}: a point is {quoted(text)}, not x;y;t")
             x, y, t = (self._number(part, "TrackPoint") for part in parts[:3])
             self._tracks[-1][1].append((x, y, t))
-        self._text = ""
 
     def refuse_entity(self, name: str, *rest: object) -> None:
         """Refuse what could unfold to any size."""
@@ -134,7 +140,7 @@ class _KvaReader:
         if step <= 0:
             raise ExchangeError(f"{self._file}: AverageTimeStampsPerFrame is {step:g}, not above 0")
         exact = (stamp - self._general.get("FirstTimeStamp", 0.0)) / step
-        if exact < -OFF_FRAME or abs(exact - round(exact)) > OFF_FRAME:
+        if not -OFF_FRAME <= exact <= MOST_FRAMES or abs(exact - round(exact)) > OFF_FRAME:
             raise ExchangeError(
                 f"{self._file}: the time stamp {stamp:g} belongs to no frame ({exact:.2f}): it is "
                 "another film, or one of uneven rate; export times instead"

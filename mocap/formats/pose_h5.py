@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry2d.foundation.text import quoted
+from geometry2d.foundation.text import quoted, short
 from mocap.formats.marker_table import ExchangeError, MarkerTable, checked_table, refuse_size
 from mocap.formats.pose_tables import points_of_columns
 
@@ -51,8 +51,14 @@ def read_pose_h5(path: Path | str) -> MarkerTable:
             for group in data.values():
                 if isinstance(group, h5py.Group) and TABLE in group:
                     return _deeplabcut(file, group[TABLE])
-    except (OSError, KeyError, TypeError, ValueError, RuntimeError, UnicodeDecodeError) as error:
-        raise ExchangeError(f"{file}: cannot be read as HDF5 of points ({error})") from None
+    except ExchangeError:
+        raise
+    except UnicodeDecodeError:
+        raise ExchangeError(f"{file}: a name in it is no text; export it again") from None
+    except (OSError, KeyError, TypeError, ValueError, RuntimeError) as error:
+        raise ExchangeError(
+            f"{file}: cannot be read as HDF5 of points ({short(str(error))})"
+        ) from None
     raise ExchangeError(
         f"{file}: holds neither the tracks of a SLEAP analysis nor a table of DeepLabCut"
     )

@@ -16,26 +16,12 @@ from mocap.convert import given_tracks
 from mocap.formats.c3d import read_c3d, write_c3d
 from mocap.formats.exchange import read_positions
 from mocap.formats.marker_table import ExchangeError, MarkerTable
-
-FRAMES, NODES = 6, ("ear", "nose")
-PLACES = np.random.default_rng(4).uniform(10, 200, (FRAMES, len(NODES), 2))
-PLACES[3, 1] = np.nan
-
-
-def sleap(file: Path, *, tracks: int = 1, later: bool = False) -> Path:
-    """As SLEAP's "Export analysis HDF5" writes it, or as sleap-io does with preset "standard"."""
-    all_tracks = np.stack([PLACES + 100 * k for k in range(tracks)], axis=1)
-    with h5py.File(file, "w") as data:
-        data["tracks"] = all_tracks if later else np.transpose(all_tracks, (1, 3, 2, 0))
-        data["node_names"] = np.array([name.encode() for name in NODES])
-        data["track_names"] = np.array([f"mouse{k}".encode() for k in range(tracks)])
-        data["track_occupancy"] = np.ones((FRAMES, tracks))
-    return file
+from tests.support.foreign_files import FRAMES, KVA, NODES, PLACES, deeplabcut_h5, sleap_h5
 
 
 @pytest.mark.parametrize("later", [False, True])
 def test_sleap_analysis(tmp_path: Path, later: bool) -> None:
-    table = read_positions(sleap(tmp_path / "a.analysis.h5", later=later))
+    table = read_positions(sleap_h5(tmp_path / "a.analysis.h5", later=later))
     assert table.names == NODES
     assert table.frame is not None
     assert table.frame.tolist() == list(range(FRAMES))
@@ -45,33 +31,14 @@ def test_sleap_analysis(tmp_path: Path, later: bool) -> None:
 
 
 def test_sleap_with_several_tracks(tmp_path: Path) -> None:
-    table = read_positions(sleap(tmp_path / "two.h5", tracks=2))
+    table = read_positions(sleap_h5(tmp_path / "two.h5", tracks=2))
     assert table.names == ("mouse0_ear", "mouse0_nose", "mouse1_ear", "mouse1_nose")
     np.testing.assert_allclose(table.of("mouse1_ear")[:, :2], PLACES[:, 0] + 100)
 
 
-def deeplabcut(file: Path, *, animals: tuple[str, ...] = (), protocol: int = 0) -> Path:
-    """As ``DataFrame.to_hdf(key="df_with_missing", format="table")`` writes it through PyTables."""
-    levels = [(animal,) for animal in animals] or [()]
-    labels = [
-        ("net", *level, part, coordinate)
-        for level in levels
-        for part in NODES
-        for coordinate in ("x", "y", "likelihood")
-    ]
-    rows = np.zeros(FRAMES, [("index", "<i8"), ("values_block_0", "<f8", (len(labels),))])
-    rows["index"] = [0, 1, 2, 5, 9, 10]
-    columns = [np.column_stack([PLACES[:, k], [0.9, 0.9, 0.2, 0.9, 0.9, 0.9]]) for k in range(2)]
-    rows["values_block_0"] = np.column_stack(columns * len(levels))
-    with h5py.File(file, "w") as data:
-        table = data.create_group("df_with_missing").create_dataset("table", data=rows)
-        table.attrs["values_block_0_kind"] = np.void(pickle.dumps(labels, protocol))
-    return file
-
-
 @pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
 def test_deeplabcut(tmp_path: Path, protocol: int) -> None:
-    table = read_positions(deeplabcut(tmp_path / "dlc.h5", protocol=protocol))
+    table = read_positions(deeplabcut_h5(tmp_path / "dlc.h5", protocol=protocol))
     assert table.names == NODES
     assert table.frame is not None
     assert table.frame.tolist() == [0, 1, 2, 5, 9, 10]
@@ -81,12 +48,12 @@ def test_deeplabcut(tmp_path: Path, protocol: int) -> None:
 
 
 def test_deeplabcut_with_several_animals(tmp_path: Path) -> None:
-    table = read_positions(deeplabcut(tmp_path / "dlc.h5", animals=("a", "b")))
+    table = read_positions(deeplabcut_h5(tmp_path / "dlc.h5", animals=("a", "b")))
     assert table.names == ("a_ear", "a_nose", "b_ear", "b_nose")
 
 
 def test_a_data_set_that_holds_less_than_it_announces_is_refused(tmp_path: Path) -> None:
-    file = sleap(tmp_path / "huge.h5")
+    file = sleap_h5(tmp_path / "huge.h5")
     with h5py.File(file, "a") as data:
         del data["tracks"]
         data.create_dataset("tracks", (1, 2, len(NODES), 10**9), "f8", chunks=True)
@@ -104,7 +71,7 @@ class Harmful:
 
 
 def test_no_pickle_is_run(tmp_path: Path) -> None:
-    file = deeplabcut(tmp_path / "dlc.h5")
+    file = deeplabcut_h5(tmp_path / "dlc.h5")
     for protocol in (0, 4):
         with h5py.File(file, "a") as data:
             stored = np.void(pickle.dumps([("net", "ear", Harmful())], protocol))
@@ -127,32 +94,6 @@ def test_other_hdf5_is_refused(tmp_path: Path, make, words: str) -> None:
     make(tmp_path / "other.h5")
     with pytest.raises(ExchangeError, match=words):
         read_positions(tmp_path / "other.h5")
-
-
-KVA = """<?xml version="1.0" encoding="utf-8"?>
-<KinoveaVideoAnalysis>
-  <FormatVersion>2.0</FormatVersion>
-  <ImageSize>1280;720</ImageSize>
-  <AverageTimeStampsPerFrame>512</AverageTimeStampsPerFrame>
-  <FirstTimeStamp>1024</FirstTimeStamp>
-  <Tracks>
-    <Track id="1" name="ear">
-      <TimePosition>1024</TimePosition>
-      <TrackPointList Count="3">
-        <TrackPoint>100.5;50.25;1024</TrackPoint>
-        <TrackPoint>101.5;51;1536</TrackPoint>
-        <TrackPoint>103;52;2560</TrackPoint>
-      </TrackPointList>
-      <MainLabel Text="not this"/>
-    </Track>
-    <Track id="2">
-      <TrackPointList Count="1"><TrackPoint>9;8;1536</TrackPoint></TrackPointList>
-      <MainLabel Text="the nose"/>
-    </Track>
-    <Track id="3" name="empty"><TrackPointList Count="0"/></Track>
-  </Tracks>
-</KinoveaVideoAnalysis>
-"""
 
 
 @pytest.mark.parametrize("ending", ["kva", "xml"])
