@@ -9,6 +9,7 @@ from __future__ import annotations
 import codecs
 import math
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from geometry2d.foundation.errors import DrinksimError
@@ -24,6 +25,9 @@ SHOWN = 40
 
 NUMBER = re.compile(r"[-+]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][-+]?[0-9]++)?+")
 """A decimal number in ASCII; possessive quantifiers exclude backtracking."""
+
+PLAIN_WORD = re.compile(r"[A-Za-z0-9_-]++")
+"""A word that stands in a message without quotes."""
 
 OTHER_ENCODINGS = (
     (codecs.BOM_UTF32_LE, "UTF-32"),
@@ -146,6 +150,16 @@ def short(text: str, most: int = SHOWN) -> str:
     ('a\\tb', 'xxxxx…')
     """
     return quoted(text, most)[1:-1]
+
+
+def listed(words: Sequence[str], most: int | None = None) -> str:
+    """Return a file's words for a message, in quotes where they are no plain words.
+
+    >>> listed(["ear", "no()se", "jaw"], most=2)
+    "ear, 'no()se', …"
+    """
+    shown = [word if PLAIN_WORD.fullmatch(word) else quoted(word) for word in words[:most]]
+    return ", ".join([*shown, *(["…"] if len(words) > len(shown) else [])])
 
 
 def quoted(text: str, most: int = SHOWN) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometry2d.foundation.progress import Progress
+from geometry2d.foundation.text import listed
 from mocap.stickers.detect import find_stickers
 from mocap.stickers.follow import StickerTracker, StickerTracks
 from mocap.tracking.detect import Detection, unseen_at
@@ -207,7 +208,7 @@ def _check_names(given: Tracks | None, markers: MarkerFile) -> None:
     if unknown:
         raise TracksError(
             f"--tracks: marker {unknown[0]!r} is not in {markers.path}; "
-            f"known: {', '.join(markers.names)}"
+            f"known: {listed(markers.names)}"
         )
 
 

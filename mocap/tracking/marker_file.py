@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from geometry2d.foundation.text import quoted, short
+from geometry2d.foundation.text import listed, quoted, short
 from geometry2d.foundation.toml import read_toml, shown
 from mocap.stickers.codes import BAR_MM, CODED_MARKERS
 from mocap.tracking.markers import (
@@ -379,9 +379,9 @@ class _MarkerFileReader:
         allowed = list(known)
         for key in table:
             if key not in allowed:
-                listed = ", ".join(allowed[:LISTED]) + (", …" if len(allowed) > LISTED else "")
                 raise self._error(
-                    f"{where} has no key {quoted(key)}{_nearest(key, allowed)}; known: {listed}"
+                    f"{where} has no key {quoted(key)}{_nearest(key, allowed)}; known: "
+                    f"{listed(allowed, LISTED)}"
                 )
 
     def _error(self, message: str) -> MarkerFileError:

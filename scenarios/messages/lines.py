@@ -185,9 +185,9 @@ def mesh_message(
     if contact_mm > edge_mm:
         remedy += f" and contact_mm = {edge_mm:.2g}"
     return (
-        f"the mesh is too coarse where the {lip} lip is pressed most: it carries {ways[0]:.0f} or "
-        f"{ways[1]:.0f} kPa over half a millimetre, as one measures; give {remedy} before you "
-        "compare necks by that"
+        f"the mesh is too coarse where the {lip} lip is pressed most: two measures of the same "
+        f"forces say {ways[0]:.0f} and {ways[1]:.0f} kPa over half a millimetre; give {remedy} "
+        "before you compare necks by that"
     )
 
 

@@ -178,3 +178,13 @@ def test_damaged_files_are_refused_and_never_crash(
         read(tmp_path, text)
     except MarkerFileError as error:
         assert "markers.toml" in str(error)
+
+
+def test_odd_names_of_markers_are_in_quotes_when_they_are_listed(tmp_path: Path) -> None:
+    file = tmp_path / "marks.toml"
+    file.write_text(
+        '[scale]\npackage = 14\n[bodies]\nhead = ["ear", "no()se"]\n'
+        'package = ["package_lower", "package_upper"]\n[markers]\nnose = [30, 4]\n'
+    )
+    with pytest.raises(MarkerFileError, match=r"known: ear, 'no\(\)se', package_lower"):
+        read_markers(file)

@@ -177,7 +177,7 @@ def test_a_mesh_that_leaves_a_pressure_open_is_named_with_shorter_edges():
     told = mesh_message("upper", about, contact_mm=0.4, layer_mm=1.1)
     assert told is not None
     assert "upper lip" in told
-    assert "76 or 56 kPa" in told
+    assert "76 and 56 kPa" in told
     assert "numerics.mesh.layer_mm = 0.25 and contact_mm = 0.25 " in told
     assert mesh_message("lower", about, contact_mm=0.4, layer_mm=1.1) is None
     shorter = mesh_message("upper", about, contact_mm=0.08, layer_mm=0.2)
