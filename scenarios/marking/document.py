@@ -6,11 +6,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 
+from geometry2d.foundation.delimited import read_named_table
 from mocap.tracking.marker_file import STICKER, STYLE_KEYS
 from mocap.tracking.markers import DEFAULT_BODIES, Intrinsics, MarkerFile, PrintedStickers
-from scenarios.marking.marking import LIPS, Marking
+from scenarios.marking.marking import LIPS, Marking, MarkingError, Touch
 from scenarios.settings.writing import toml_value
 
+CONTACT_COLUMNS = ("lip", "frame", "time_s", "x_px", "y_px")
 POSITION_DECIMALS = 2
 LENGTH_DECIMALS = 4
 
@@ -68,6 +70,30 @@ def scenario_text(
         f"name = {toml_value(name)}\n\n# The neck and all else has its default: say [package] …\n"
     )
     return head + "\n".join(_lines(tables))
+
+
+def contacts_text(marking: Marking, time_of: Mapping[int, float]) -> str:
+    """Return where and when each lip is touched first, as a table."""
+    rows = [
+        f"{lip},{touch.frame},{time_of[touch.frame]:.6f},{touch.at[0]:.2f},{touch.at[1]:.2f}"
+        for lip, touch in marking.touches.items()
+    ]
+    return "\n".join([",".join(CONTACT_COLUMNS), *rows]) + "\n"
+
+
+def with_contacts(marking: Marking, file: Path) -> Marking:
+    """Return the marking with the first contacts of a table.
+
+    Raises
+    ------
+    MarkingError
+        If the file is broken.
+    """
+    table = read_named_table(file, CONTACT_COLUMNS, what="table of contacts", error=MarkingError)
+    columns = [table.numbers(name) for name in ("frame", "x_px", "y_px")]
+    for lip, frame, x, y in zip(table.texts("lip"), *columns, strict=True):
+        marking = marking.with_touch(lip, Touch(int(frame), (float(x), float(y))))
+    return marking
 
 
 def _scale(markers: MarkerFile) -> dict[str, object]:

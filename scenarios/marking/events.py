@@ -208,7 +208,7 @@ CHANGES: Mapping[str, Callable[[Event, MarkingState, Film, Progress], MarkingSta
 """Every event by its name."""
 
 
-def start(film: Film, marking: Marking) -> Marking:
+def with_spots(film: Film, marking: Marking) -> Marking:
     """Return a marking whose rough positions in the first frame lie on the spots they mean."""
     image = film.luminance(marking.first_frame)
     for name, places in marking.placed.items():

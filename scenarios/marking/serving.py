@@ -11,10 +11,11 @@ from typing import Any
 from geometry2d.foundation.progress import Progress
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.tracks import Tracks, read_tracks
-from scenarios.marking.events import start
+from scenarios.marking.document import with_contacts
+from scenarios.marking.events import with_spots
 from scenarios.marking.film import Film
 from scenarios.marking.marking import Marking, MarkingError, PlacedPoint, plain_markers
-from scenarios.marking.session import MARKERS, TRACKS, Session, opened_state, refuse_place
+from scenarios.marking.session import CONTACTS, MARKERS, TRACKS, Session, opened_state, refuse_place
 
 INSTALL = "pip install 'drinksim[mark]'"
 
@@ -55,11 +56,13 @@ def opened_session(asked: Asked, progress: Progress) -> Session:
     given = plain_markers() if source is None else read_markers(source)
     film = Film(asked.video, asked.fps, asked.start_s, asked.end_s)
     film.read(progress)
-    marking = start(film, Marking.of(given, film.frames[0]))
+    marking = with_spots(film, Marking.of(given, film.frames[0]))
     tracks = None
     if earlier and (asked.out / TRACKS).is_file():
         tracks = read_tracks(asked.out / TRACKS)
         marking = _with_corrections(marking, tracks, film)
+    if earlier and (asked.out / CONTACTS).is_file():
+        marking = with_contacts(marking, asked.out / CONTACTS)
     return Session(film, asked.out, opened_state(film, marking, tracks))
 
 
@@ -80,8 +83,6 @@ def _with_corrections(marking: Marking, tracks: Tracks, film: Film) -> Marking:
     for k, name in enumerate(tracks.names):
         for row in (tracks.status[:, k] == "fixed").nonzero()[0]:
             frame = int(tracks.frame[row])
-            if frame == marking.first_frame:
-                continue
             x, y = (float(value) for value in tracks.position_px[row, k])
             placed = PlacedPoint((x, y), float(tracks.sigma_px[row, k]))
             marking = marking.with_marker(name, frame, placed)

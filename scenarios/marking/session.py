@@ -24,11 +24,12 @@ from mocap.tracking.follow import follow, without_frames
 from mocap.tracking.noise import with_temporal_noise
 from mocap.tracking.retrack import Correction, retrack
 from mocap.tracking.tracks import Tracks
-from scenarios.marking.document import marker_file_text, scenario_text
+from scenarios.marking.document import contacts_text, marker_file_text, scenario_text
 from scenarios.marking.film import Film
 from scenarios.marking.marking import Marking, MarkingError
 
-MARKERS, TRACKS, SCENARIO, MOTION = "markers.toml", "tracks.csv", "scenario.toml", "motion"
+MARKERS, TRACKS, CONTACTS = "markers.toml", "tracks.csv", "contacts.csv"
+SCENARIO, MOTION = "scenario.toml", "motion"
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,9 +168,13 @@ class Session:
             (folder / MARKERS).write_text(text, encoding="utf-8")
             if self.state.tracks is not None:
                 self.state.table().write(folder / TRACKS)
+            time_of = self.film.time_of()
+            if marking.touches:
+                contacts = contacts_text(marking, time_of)
+                (folder / CONTACTS).write_text(contacts, encoding="utf-8")
             scenario = scenario_text(
                 marking,
-                self.film.time_of(),
+                time_of,
                 name=self.film.path.stem,
                 video=self.film.path,
             )

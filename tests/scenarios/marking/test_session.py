@@ -206,8 +206,12 @@ def test_saving_removes_a_motion_of_another_state(tracked: Session) -> None:
 
 def test_a_saved_marking_is_gone_on_with(clip: tuple[Path, list[Truth]], tracked: Session) -> None:
     do(tracked, "place", marker="nose", frame=6, x=200.0, y=40.0, free=True)
+    do(tracked, "place", marker="ear", frame=0, x=60.0, y=41.0, free=True)
+    do(tracked, "touch", lip="upper", frame=7, x=240.5, y=150.25)
     tracked.save()
     again = session_of(clip[0], tracked.out)
+    assert again.state.marking.touches == tracked.state.marking.touches
+    assert again.state.marking.placed["ear"][0].at == (60.0, 41.0)
     assert again.state.marking.placed["nose"][6].at == (200.0, 40.0)
     assert again.state.tracks is not None
     assert tracked.state.tracks is not None
