@@ -112,7 +112,7 @@ td { white-space: nowrap; }
 .low td { white-space: normal; }
 td small { color: var(--quiet); }
 td.unit { text-align: left; white-space: nowrap; color: var(--quiet); min-width: 3.5rem; }
-thead th { border-bottom: 2px solid var(--ink); }
+thead th { border-bottom: 2px solid var(--ink); overflow-wrap: break-word; }
 thead th:first-child, thead th.unit { text-align: left; }
 tbody th[scope=rowgroup] { text-align: left; padding-top: 1rem; }
 pre { overflow-x: auto; background: var(--panel); border: 1px solid var(--line); border-radius: 6px;
