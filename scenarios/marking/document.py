@@ -9,7 +9,8 @@ from pathlib import Path
 from geometry2d.foundation.delimited import read_named_table
 from mocap.tracking.marker_file import STICKER, STYLE_KEYS
 from mocap.tracking.markers import DEFAULT_BODIES, Intrinsics, MarkerFile, PrintedStickers
-from scenarios.marking.marking import LIPS, Marking, MarkingError, Touch
+from scenarios.marking.marking import LIPS, Marking
+from scenarios.marking.pointing import MarkingError, Touch
 from scenarios.settings.writing import toml_value
 
 CONTACT_COLUMNS = ("lip", "frame", "time_s", "x_px", "y_px")

@@ -14,9 +14,9 @@ from geometry2d.foundation.text import quoted
 from mocap.motion.projection import corrected as corrected_px
 from mocap.tracking.retrack import Correction
 from scenarios.marking.film import Film
-from scenarios.marking.marking import (
+from scenarios.marking.marking import Marking
+from scenarios.marking.pointing import (
     Length,
-    Marking,
     MarkingError,
     PlacedPoint,
     Point,
@@ -24,8 +24,9 @@ from scenarios.marking.marking import (
     Touch,
     length_by_ruler,
 )
-from scenarios.marking.session import Change, MarkingState, corrected, tracked, without_track
+from scenarios.marking.session import Change
 from scenarios.marking.spots import named_by_layout, placed_at
+from scenarios.marking.state import MarkingState, corrected, tracked, without_track
 
 MOST_CHARACTERS = 200
 

@@ -17,7 +17,7 @@ from geometry2d.foundation.progress import Progress
 from mocap.motion.projection import PictureFormat
 from mocap.video.frames import Image, Video
 from mocap.video.times import Timing
-from scenarios.marking.marking import MarkingError
+from scenarios.marking.pointing import MarkingError
 
 JPEG_QUALITY = 90
 MOST_BYTES = 2_000_000_000

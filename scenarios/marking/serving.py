@@ -14,8 +14,10 @@ from mocap.tracking.tracks import Tracks, read_tracks
 from scenarios.marking.document import with_contacts
 from scenarios.marking.events import with_spots
 from scenarios.marking.film import Film
-from scenarios.marking.marking import Marking, MarkingError, PlacedPoint, plain_markers
-from scenarios.marking.session import CONTACTS, MARKERS, TRACKS, Session, opened_state, refuse_place
+from scenarios.marking.marking import Marking, plain_markers
+from scenarios.marking.pointing import MarkingError, PlacedPoint
+from scenarios.marking.session import CONTACTS, MARKERS, TRACKS, Session, refuse_place
+from scenarios.marking.state import opened_state
 
 INSTALL = "pip install 'drinksim[mark]'"
 

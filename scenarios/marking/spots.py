@@ -12,7 +12,7 @@ from mocap.tracking.layout import assign_layout
 from mocap.tracking.locate import fit_near
 from mocap.tracking.markers import MarkerFile
 from mocap.video.frames import Image
-from scenarios.marking.marking import PlacedPoint, Point, SpotLook
+from scenarios.marking.pointing import PlacedPoint, Point, SpotLook
 
 REACH_PX = 6.0
 """A spot whose edge is so near to the place that was pointed at is meant."""

@@ -20,8 +20,9 @@ from mocap.tracking.detect import LEAST_CONTRAST
 from mocap.tracking.tracks import Tracks
 from mocap.views.summary import depth_effect
 from scenarios.marking.film import Film
-from scenarios.marking.marking import Marking, SpotLook
-from scenarios.marking.session import MarkingState, measured
+from scenarios.marking.marking import Marking
+from scenarios.marking.pointing import SpotLook
+from scenarios.marking.state import MarkingState, measured
 
 Colour = Literal["green", "amber", "red", "grey"]
 

@@ -14,16 +14,15 @@ from hypothesis import strategies as st
 from mocap.tracking.marker_file import EXAMPLE, read_markers
 from mocap.tracking.markers import MarkerFile
 from scenarios.marking.document import marker_file_text, scenario_text
-from scenarios.marking.marking import (
+from scenarios.marking.marking import Marking, plain_markers
+from scenarios.marking.pointing import (
     POINTING_SIGMA_PX,
     Length,
-    Marking,
     MarkingError,
     PlacedPoint,
     Ruler,
     Touch,
     length_by_ruler,
-    plain_markers,
 )
 from scenarios.settings.scenario import load_scenario
 

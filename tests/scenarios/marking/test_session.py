@@ -17,7 +17,7 @@ from mocap.convert import convert
 from mocap.synthetic.truth import Truth
 from mocap.tracking.marker_file import read_markers
 from scenarios.marking.events import change_for
-from scenarios.marking.marking import MarkingError
+from scenarios.marking.pointing import MarkingError
 from scenarios.marking.serving import Asked, opened_session
 from scenarios.marking.session import Session
 from scenarios.marking.traffic_light import traffic_lights
