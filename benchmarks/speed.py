@@ -6,7 +6,8 @@ TREE is a checkout of the state to compare with (``git worktree add TREE COMMIT`
 is converted once, by this state; both replay the same motion in a process of their own, this state
 and the other in turn, without a run directory. Kernels are compiled before anything is counted.
 Prints medians of seconds by the clock and of processor time, what they took (increments,
-iterations), and how far the felt peaks of the two are apart.
+iterations), and how far the felt peaks of the two are apart. For a hand that yields name its
+reference run: ``--set hand.mode=same --set hand.reference=RUN``.
 """
 
 from __future__ import annotations
@@ -32,16 +33,19 @@ PEAKS = tuple(f"{lip}_lip_window_kpa" for lip in ("upper", "lower"))
 ONE_REPLAY = """
 import json, sys, time
 from mocap.motion.motion import Motion
+from scenarios.results.solution import Solution
 from scenarios.settings.scenario import load_scenario
 from scenarios.sip.replay import replay
 name, motion, settings, peaks = json.loads(sys.argv[1])
 scenario = load_scenario(name, settings).with_motion(Motion.read(motion))
+hand = scenario.hand
+reference = None if hand.mode == "recorded" else Solution.load(hand.reference)
 worst = dict.fromkeys(peaks, 0.0)
 def look(increment):
     for peak in worst:
         worst[peak] = max(worst[peak], float(increment.history[peak]))
 clock, processor = time.perf_counter(), time.process_time()
-outcome = replay(scenario, on_increment=look)
+outcome = replay(scenario, on_increment=look, reference=reference)
 print(json.dumps({
     "clock": time.perf_counter() - clock, "processor": time.process_time() - processor,
     "finished": outcome.finished, "message": outcome.message.split(";")[0], "peaks": worst,
