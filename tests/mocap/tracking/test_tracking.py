@@ -16,7 +16,7 @@ from mocap.motion.errors import MotionError
 from mocap.motion.projection import PictureFormat
 from mocap.synthetic.recording_file import write_recording
 from mocap.synthetic.truth import Truth
-from mocap.tracking.errors import TrackingError
+from mocap.tracking.errors import TrackingError, UnnamedSpotsError
 from mocap.tracking.follow import follow
 from mocap.tracking.locate import locate_markers
 from mocap.tracking.marker_file import read_markers
@@ -199,6 +199,27 @@ def test_a_printed_carton_is_not_taken_for_markers(tmp_path: Path) -> None:
     (tmp_path / "auto.toml").write_text('[scale]\npackage = 14.0\n[markers]\near = "auto"\n')
     with pytest.raises(TrackingError, match=r"none is clearly better: give the positions of ear"):
         locate_markers(image, read_markers(tmp_path / "auto.toml"), 0)
+
+
+@pytest.mark.parametrize(
+    ("width_mm", "sure"), [(105, True), (112, True), (140, False), (78, False)]
+)
+def test_a_lone_arrangement_is_taken_if_it_is_like_a_face(
+    tmp_path: Path, width_mm: int, sure: bool
+) -> None:
+    import cv2
+
+    image = np.full((400, 640), 190, np.uint8)
+    for at in ((100, 150), (100 + 2 * width_mm, 160), (480, 300), (500, 280)):
+        cv2.circle(image, at, 7, 40, -1, cv2.LINE_AA)
+    image = cv2.GaussianBlur(image, (0, 0), 0.8)
+    (tmp_path / "auto.toml").write_text('[scale]\npackage = 14.0\n[markers]\near = "auto"\n')
+    wanted = read_markers(tmp_path / "auto.toml")
+    if sure:
+        assert locate_markers(image, wanted, 0)["ear"].x == pytest.approx(100, abs=0.5)
+    else:
+        with pytest.raises(UnnamedSpotsError, match=r"are unlike one|no arrangement of them"):
+            locate_markers(image, wanted, 0)
 
 
 @pytest.mark.slow
