@@ -6,6 +6,7 @@ import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from geometry2d.foundation.progress import Progress
@@ -127,7 +128,8 @@ def serve(session: Session, *, browser: bool, tell: Callable[[str], None]) -> No
             await super().startup(sockets)
             tell(address)
             if browser:
-                webbrowser.open(address)
+                # A browser in the terminal keeps its caller waiting until it is left.
+                Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
     server = Announced(config)
 
