@@ -7,7 +7,7 @@ Every row is the same sip with one fault, drawn by the camera of ``mocap.synthet
 ``convert``: 1280×720 px, 3 px/mm, 25 frames/s. ``error`` is that of the package's position seen
 from the head, RMS over the half of the sip that is nearest to the mouth, one coordinate; ``stated``
 is the median of ``sigma_x_mm`` and ``sigma_y_mm`` there; ``seen`` the share of frames in which the
-worst marker is seen. The seeds differ in motion and noise. Takes about four minutes of one core.
+worst marker is seen. The seeds differ in motion and noise. Takes about five minutes of one core.
 """
 
 from __future__ import annotations
