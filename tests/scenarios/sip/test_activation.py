@@ -114,6 +114,17 @@ def test_a_levator_that_cannot_clear_the_neck_is_refused():
 
 
 @pytest.mark.slow
+def test_a_levator_along_the_maxilla_lets_the_neck_of_the_recording_in():
+    touching = ["numerics.resolution=coarse", "muscles.seen.clearance_mm=0.0"]
+    scenario = load_scenario("DC-AE-acting", touching)
+    lips = Lips(scenario, script_of("DC-AE").face(), scenario.package.section())
+    (found,) = find_activations(lips, script_of("DC-AE").neck_motion(), 0.6)
+    assert found.muscle == "levator"
+    assert found.beyond_at_rest < -2.0
+    assert 0.3 < found.activation < 1.0
+
+
+@pytest.mark.slow
 def test_the_depressor_that_is_found_lets_the_lip_reach_the_lowest_thread():
     scenario = load_scenario(
         "A38-F",
