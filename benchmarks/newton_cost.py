@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -124,12 +124,13 @@ def draw(sizes: list[int], totals: list[float], slope: float, path: Path) -> Non
     figure.savefig(path, dpi=150, bbox_inches="tight")
 
 
-def main() -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table, and draw it if ``--plot`` names a file."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repeats", type=int, default=5)
     parser.add_argument("--largest", type=int, default=SIZES[-1])
     parser.add_argument("--plot", type=Path)
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     sizes, totals = [], []
     for wanted in (size for size in SIZES if size <= options.largest):
         model = block(wanted)

@@ -23,7 +23,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from benchmarks import calibration_recovery, filming_drawings
+from benchmarks import calibration_recovery, filming_drawings, newton_cost
 from geometry2d.anatomy.head import head_section
 from geometry2d.anatomy.muscles import muscle_regions
 from geometry2d.views.draw import draw_head, draw_muscles
@@ -90,6 +90,11 @@ def recovery(file: Path) -> None:
         shutil.copyfile(Path(folder) / "recovery.png", file)
 
 
+def newton_cost_curve(file: Path) -> None:
+    """Draw what a Newton iteration costs against the number of triangles."""
+    newton_cost.main(["--plot", str(file)])
+
+
 def sheet(scenario: str, how: str) -> Callable[[Path], None]:
     """Return what draws the contact sheet of a sip beside its recording, replayed like ``how``."""
     return typed(
@@ -154,6 +159,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "skin-press-ogden": press("L2-Ogden"),
     "skin-press-goh": press("L2-GOH"),
     "calibration-recovery": recovery,
+    "newton-cost": newton_cost_curve,
     "filming-setup": filming_drawings.draw_setup,
     "filming-places": filming_drawings.draw_places,
     "filming-dots": filming_drawings.draw_dots,
