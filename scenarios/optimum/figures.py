@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from textwrap import fill
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from geometry2d.neck import NeckSection
 from scenarios.decision.messages import meaning
@@ -57,6 +58,8 @@ def search_figure(
                           textcoords="offset points")  # fmt: skip
     names = [fill(meaning(name), LABEL_LETTERS) for name in objectives[:2]]
     x, y = names if len(names) > 1 else ("trial", names[0])
+    if len(names) == 1:
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel(x, color=INK, size=TEXT)
     axes.set_ylabel(y, color=INK, size=TEXT)
     axes.legend(frameon=False, fontsize=TEXT - 1)

@@ -54,9 +54,14 @@ def write_page(found: Optimum) -> Path:
 
 def _lead(found: Optimum) -> str:
     people = found.settings.study.people
-    who = f"{people.count} people" if people else "the filmed person"
+    who = "the filmed person" if people is None else _counted(people.count, "person", "people")
+    tried = _counted(len(found.trials), "neck", "necks")
     bounds = ", ".join(found.settings.bounds)
-    return f"{bounds} of {found.settings.neck}, {len(found.trials)} necks tried by {who}"
+    return f"{bounds} of {found.settings.neck}, {tried} tried by {who}"
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count} {one if count == 1 else many}"
 
 
 def _answer(found: Optimum) -> Part:
