@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from fem2d.body.body import Body, Response
+from fem2d.body.body import Response
 from fem2d.body.component import BodyComponent
 from fem2d.contact.contact import ContactOnComponent
 from fem2d.loads.load import Load
@@ -106,17 +106,6 @@ def gather(components: Sequence[Component], displacements: Sequence[Array], coun
     for component, displacement in zip(components, displacements, strict=True):
         whole[component.place.nodes] = displacement
     return whole
-
-
-def gather_responses(
-    components: Sequence[Component], responses: Sequence[Response], body: Body
-) -> Response:
-    """Return the response of the whole body from those of its components."""
-    force, stiffness = np.empty(body.pattern.size), np.empty(body.pattern.nonzeros)
-    for component, response in zip(components, responses, strict=True):
-        force[component.place.dofs] = response.force
-        stiffness[component.place.entries] = response.stiffness
-    return Response(sum(response.energy for response in responses), force, stiffness)
 
 
 def _component(model: Model, nodes: Index) -> Component:

@@ -8,7 +8,6 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fem2d.body.body import Response
 from fem2d.loads.load import Load
 from fem2d.solvers.bordered import BorderedSolver
 from fem2d.solvers.linear import DirectSolver
@@ -37,7 +36,6 @@ def balanced(
     solver: DirectSolver,
     newton: NewtonSettings,
     further: FurtherUnknowns | None = None,
-    body: Response | None = None,
     threads: Threads = ONE_THREAD,
 ) -> Trial:
     """Balance the forces at a load, from a displacement ``start`` (n, 2), mm.
@@ -60,8 +58,6 @@ def balanced(
         Settings of Newton's method.
     further
         Unknowns of the load and their equations.
-    body
-        The body's response at the start, if known.
     threads
         Threads that share the work.
     """
@@ -77,7 +73,6 @@ def balanced(
             before,
             duration_s,
             further=further,
-            body=body if unknowns is beginning else None,
             threads=threads,
         )
 

@@ -17,7 +17,6 @@ from fem2d.solvers.components import (
     component_of_node,
     components_of,
     gather,
-    gather_responses,
 )
 from fem2d.solvers.joined import joined_at
 from fem2d.solvers.linear import DirectSolver
@@ -161,9 +160,6 @@ class Stepper:
             return self._whole(
                 state, balance.load, duration_s, displacements, balance.components, trial.norms,
                 self._first_contact(state, start.kept, load), further,
-                gather_responses(
-                    components, [each.body for each in balance.components], self._model.body
-                ),
             )  # fmt: skip
 
         return from_predictions(solved, prediction, load, [each.moved for each in departures])
@@ -196,12 +192,12 @@ class Stepper:
         norms: tuple[float, ...],
         before: State,
         further: FurtherUnknowns | None = None,
-        body: Response | None = None,
     ) -> Trial:
         """Balance the whole model from the results of its components, found from ``starts``.
 
-        ``before`` is the state with the first contacts of the step, ``body`` the body's response in
-        these results, if known.
+        ``before`` is the state with the first contacts of the step. Element sums of the components
+        are not taken over: a march that goes on from a state has sums of the whole only, and is to
+        go on bit for bit.
         """
         model, components = self._model, [component for component, _ in self._components]
         count = len(model.body.nodes)
@@ -209,7 +205,7 @@ class Stepper:
         together = gather(components, [balance.displacement for balance in balances], count)
         whole, balance = balanced(
             model, load, before, duration_s, together, solver=self._solver, newton=self._newton,
-            further=further, body=body, threads=self._threads,
+            further=further, threads=self._threads,
         )  # fmt: skip
         return replace(whole, start=start, norms=(*norms[:-1], *whole.norms)), balance
 

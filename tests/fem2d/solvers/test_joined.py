@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+import fem2d.body.body
 import fem2d.solvers.stepper
 from fem2d.contact.laws import FrictionLaw, NormalLaw
 from fem2d.contact.rigid import RigidContact
@@ -62,12 +63,12 @@ def two_blocks_under_a_plate() -> Model:
     return Model(body, contacts=contacts, held=np.sort(held))
 
 
-def carried(model: Model, threads: Threads) -> list[Commit]:
+def carried(model: Model, threads: Threads, start: State | None = None) -> list[Commit]:
     commits: list[Commit] = []
     result = march(
         model,
         MOTION,
-        model.at_rest(Load.at(MOTION.at(0.0)), next_step_s=0.05),
+        start or model.at_rest(Load.at(MOTION.at(0.0)), next_step_s=0.05),
         hand=HAND,
         solver=SuperLu(),
         steps=StepSettings(longest_s=0.05),
@@ -210,3 +211,16 @@ def test_where_the_predicted_hand_leads_nowhere_it_is_tried_where_it_was():
     assert np.array_equal(tried[1].displacements[0], prediction.kept[0])
     assert trial.converged
     assert trial.iterations == 4, "those of the trial that failed count"
+
+
+def test_a_march_in_a_hand_goes_on_bit_for_bit_from_any_state(monkeypatch):
+    monkeypatch.setattr(fem2d.body.body, "SMALL_BODY", 1)  # sums are grouped as in large bodies
+    model = two_blocks_under_a_plate()
+    commits = carried(model, Threads(1))
+    for at in (len(commits) // 3, 2 * len(commits) // 3):
+        again = carried(model, Threads(2), start=commits[at].state)
+        assert len(again) == len(commits) - at - 1
+        for one, other in zip(again, commits[at + 1 :], strict=True):
+            assert np.array_equal(one.state.displacement, other.state.displacement)
+            assert one.state.load.move == other.state.load.move
+            assert one.state.time_s == other.state.time_s
