@@ -58,8 +58,10 @@ def read_history(file: Path) -> dict[str, Array]:
     if tuple(names.split(",")) != COLUMNS or rows.shape[1] != len(COLUMNS):
         raise SolutionError(f"{file} does not have the columns of a history: {','.join(COLUMNS)}")
     columns = {name: rows[:, column] for column, name in enumerate(COLUMNS)}
-    if np.isinf(rows).any():
-        raise SolutionError(f"{file} is damaged: a number is infinite; replay the run again")
+    if not np.isfinite(rows).all():
+        raise SolutionError(
+            f"{file} is damaged: a number is none, or infinite; replay the run again"
+        )
     if not np.all(np.diff(columns["time_s"]) > 0):
         raise SolutionError(f"{file} is damaged: its times do not increase; replay the run again")
     return columns

@@ -76,7 +76,14 @@ def test_a_damaged_file_is_named_by_every_command(
 
 @pytest.mark.parametrize(
     ("old", "new"),
-    [("1.1,", "n/a,"), ("1.1,", ","), ("1.1,", "0.9,"), ("1.1,", "nan,"), ("1.1,0.1,", "1.1,inf,")],
+    [
+        ("1.1,", "n/a,"),
+        ("1.1,", ","),
+        ("1.1,", "0.9,"),
+        ("1.1,", "nan,"),
+        ("1.1,0.1,", "1.1,inf,"),
+        ("1.1,0.1,", "1.1,nan,"),
+    ],
 )
 def test_a_history_is_checked_although_its_checksum_fits(
     run: Path, capsys: pytest.CaptureFixture[str], old: str, new: str
