@@ -295,6 +295,7 @@ def test_results_are_replaced_whole_and_nothing_else_is(written: Path, tmp_path:
         "tracks.csv",
         "motion.csv",
         "motion.png",
+        "jaw.csv",
         "boundary_conditions",
         "overlay.mp4",
         "summary.json",
