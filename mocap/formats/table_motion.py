@@ -25,7 +25,7 @@ from mocap.motion.capture import capture
 from mocap.motion.motion import Motion
 from mocap.motion.scale import BodyScale
 from mocap.motion.turning import Flattening
-from mocap.tracking.markers import Intrinsics, MarkerFile
+from mocap.tracking.markers import unsaid_markers
 from mocap.tracking.noise import with_temporal_noise
 from mocap.tracking.tracks import Tracks
 
@@ -149,7 +149,7 @@ def motion_in_plane(table: MarkerTable, options: PositionOptions) -> MotionInSpa
     }
     known = tracks.position_px / PX_PER_MM * [1.0, -1.0]
     in_mm = replace(tracks, sigma_px=tracks.sigma_px / PX_PER_MM)
-    motion = capture(in_mm, _marker_file(bodies), known, scales, {}).motion
+    motion = capture(in_mm, unsaid_markers("positions", bodies), known, scales, {}).motion
     warnings += _across(table.in_mm(), options, columns[0], columns[lower])
     return MotionInSpace(replace(motion.rounded(), picture=None), tuple(warnings))
 
@@ -189,23 +189,6 @@ def _tracks(table: MarkerTable, names: Sequence[str], world: Array) -> Tracks:
         status=np.where(known, "seen", "lost").astype("<U9"),
     )
     return with_temporal_noise(raw).interpolated()
-
-
-def _marker_file(bodies: dict[str, tuple[str, ...]]) -> MarkerFile:
-    return MarkerFile(
-        path=Path("positions"),
-        scale_mm={},
-        scale_sigma_mm={},
-        lens=Intrinsics(),
-        positions_px=dict.fromkeys(name for members in bodies.values() for name in members),
-        bodies=bodies,
-        moving="package",
-        reference="head",
-        polarity="auto",
-        plane=None,
-        style=None,
-        rendered=False,
-    )
 
 
 def _across(table: MarkerTable, options: PositionOptions, head: int, package: int) -> list[str]:

@@ -7,7 +7,7 @@ from the centre of the upper left pixel, x to the right, y down.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from geometry2d.foundation.errors import DrinksimError
@@ -138,6 +138,27 @@ class MarkerFile:
         return next((name for name, members in self.bodies.items() if marker in members), None)
 
 
+def unsaid_markers(name: str, bodies: Mapping[str, tuple[str, ...]]) -> MarkerFile:
+    """Return a marker file that names bodies with their markers, and says nothing else of them.
+
+    ``name`` stands in messages for the file that there is none of.
+    """
+    return MarkerFile(
+        path=Path(name),
+        scale_mm={},
+        scale_sigma_mm={},
+        lens=Intrinsics(),
+        positions_px=dict.fromkeys(each for members in bodies.values() for each in members),
+        bodies=bodies,
+        moving="package",
+        reference="head",
+        polarity="auto",
+        plane=None,
+        style=None,
+        rendered=False,
+    )
+
+
 def markers_of_stickers(names: Iterable[str]) -> MarkerFile:
     """Return what a marker file would say of a film with these coded stickers and no dots.
 
@@ -161,18 +182,4 @@ def markers_of_stickers(names: Iterable[str]) -> MarkerFile:
                 "--markers FILE with the positions of its dots, or print stickers with 'drinksim "
                 "stickers'"
             )
-    return MarkerFile(
-        path=Path("stickers"),
-        scale_mm={},
-        scale_sigma_mm={},
-        lens=Intrinsics(),
-        positions_px=dict.fromkeys(name for members in bodies.values() for name in members),
-        bodies=bodies,
-        moving="package",
-        reference="head",
-        polarity="auto",
-        plane=None,
-        style=None,
-        rendered=False,
-        coded=frozenset(found),
-    )
+    return replace(unsaid_markers("stickers", bodies), coded=frozenset(found))

@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from geometry2d.foundation.text import quoted
 from mocap.tracking.marker_file import OPTIONAL_MARKERS, PLAUSIBLE_MM, POLARITIES, STYLE_KEYS
-from mocap.tracking.markers import DEFAULT_BODIES, Intrinsics, MarkerFile, StylePoints
+from mocap.tracking.markers import DEFAULT_BODIES, MarkerFile, StylePoints, unsaid_markers
 from scenarios.marking.pointing import Length, MarkingError, PlacedPoint, Point, Ruler, Touch
 
 Value = TypeVar("Value")
@@ -238,20 +238,7 @@ def _with_jaw(given: MarkerFile) -> MarkerFile:
 
 def plain_markers() -> MarkerFile:
     """Return what is known of a film of which nothing was said: the standard markers."""
-    return MarkerFile(
-        path=Path("markers.toml"),
-        scale_mm={},
-        scale_sigma_mm={},
-        lens=Intrinsics(),
-        positions_px=dict.fromkeys(name for body in DEFAULT_BODIES.values() for name in body),
-        bodies=DEFAULT_BODIES,
-        moving="package",
-        reference="head",
-        polarity="auto",
-        plane=None,
-        style=None,
-        rendered=False,
-    )
+    return unsaid_markers("markers.toml", DEFAULT_BODIES)
 
 
 def _check_point(what: str, at: Point) -> None:
