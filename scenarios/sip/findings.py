@@ -327,8 +327,10 @@ def jaw_findings(head: HeadSection) -> Iterator[Finding]:
 def _path_findings(approach: Approach) -> Iterator[Finding]:
     """Yield what is odd about where the neck goes."""
     yield from _turned_findings(approach)
-    yield from _bone_findings(approach)
-    yield from _nose_findings(approach)
+    walls = np.concatenate([getattr(approach.neck, wall).sampled(SPACING_MM) for wall in WALLS])
+    points = np.stack([place.apply(walls) for place in approach.placements])
+    yield from _bone_findings(approach, points)
+    yield from _nose_findings(approach, points)
     yield from _lip_findings(approach)
 
 
@@ -352,11 +354,9 @@ def _turned_findings(approach: Approach) -> Iterator[Finding]:
         )
 
 
-def _bone_findings(approach: Approach) -> Iterator[Finding]:
-    """Yield a finding for each hard part of the head that the neck goes into."""
+def _bone_findings(approach: Approach, points: Array) -> Iterator[Finding]:
+    """Yield a finding for each hard part of the head that points (t, p, 2) of the neck go into."""
     head, neck, times = approach.head, approach.neck, approach.time_s
-    walls = np.concatenate([getattr(neck, wall).sampled(SPACING_MM) for wall in WALLS])
-    points = np.stack([place.apply(walls) for place in approach.placements])
     hard = {
         "the upper incisor": head.upper_tooth,
         "the lower incisor": head.lower_tooth,
@@ -376,15 +376,10 @@ def _bone_findings(approach: Approach) -> Iterator[Finding]:
             )
 
 
-def _nose_findings(approach: Approach) -> Iterator[Finding]:
-    """Yield a finding if the neck goes into the nose."""
+def _nose_findings(approach: Approach, points: Array) -> Iterator[Finding]:
+    """Yield a finding if points (t, p, 2) of the neck go into the nose."""
     nose = nose_profile(approach.head)
-    walls = np.concatenate([getattr(approach.neck, wall).sampled(SPACING_MM) for wall in WALLS])
-    points = np.stack([place.apply(walls) for place in approach.placements])
-    inside = shapely.contains_xy(shapely.Polygon(nose), points[..., 0], points[..., 1])
-    depth = np.zeros(points.shape[:2])
-    depth[inside] = shapely.distance(shapely.LineString(nose), shapely.points(points[inside]))
-    deepest = depth.max(axis=1)
+    deepest = _polygon_depths(points, shapely.Polygon(nose), shapely.LineString(nose))
     worst = int(np.argmax(deepest))
     if deepest[worst] > IN_NOSE_MM:
         yield Finding(
@@ -402,10 +397,8 @@ def nose_profile(head: HeadSection) -> Array:
     # The profile runs from the forehead down.
     above = profile[: int(np.argmin(np.hypot(*(profile - lip).T)))]
     tip = int(np.argmax(np.where(above[:, 1] > lip[1] + NOSE_ABOVE_MM, above[:, 0], -np.inf)))
-    chord = above[-1] - above[tip]
-    inside = (above[tip:, 0] - above[tip, 0]) * chord[1] - (above[tip:, 1] - above[tip, 1]) * chord[
-        0
-    ]
+    along, up = (above[tip:] - above[tip]).T
+    inside = along * up[-1] - up * along[-1]
     base = tip + int(np.argmax(inside))
     back = int(np.argmin(np.abs(above[: tip + 1, 1] - (2 * above[tip, 1] - above[base, 1]))))
     nose: Array = above[back : base + 1]
@@ -467,17 +460,23 @@ def _touch_findings(lip: str, gap: Array, times: Array) -> Iterator[Finding]:
 
 def _depths(points: Array, part: Outline | shapely.Polygon) -> Array:
     """Return how deep the deepest of points (t, p, 2) lies in a rigid part, (t,), mm, or 0."""
-    flat = points.reshape(-1, 2)
-    depth = np.zeros(len(flat))
-    if isinstance(part, Outline):
-        left, bottom, right, top = part.box
-        x, y = flat.T
-        near = (x > left) & (x < right) & (y > bottom) & (y < top)
-        depth[near] = -part.project(flat[near]).distance
-    else:
-        near = shapely.contains_xy(part, flat[:, 0], flat[:, 1])
-        depth[near] = shapely.distance(part.exterior, shapely.points(flat[near]))
-    deepest: Array = np.maximum(depth, 0.0).reshape(points.shape[:2]).max(axis=1)
+    if isinstance(part, shapely.Polygon):
+        return _polygon_depths(points, part, part.exterior)
+    left, bottom, right, top = part.box
+    x, y = np.moveaxis(points, -1, 0)
+    near = (x > left) & (x < right) & (y > bottom) & (y < top)
+    depth = np.zeros(points.shape[:2])
+    depth[near] = -part.project(points[near]).distance
+    deepest: Array = np.maximum(depth, 0.0).max(axis=1)
+    return deepest
+
+
+def _polygon_depths(points: Array, inside: shapely.Polygon, skin: shapely.LineString) -> Array:
+    """Return how far the deepest of points (t, p, 2) in a polygon is from its skin, (t,), mm."""
+    within = shapely.contains_xy(inside, points[..., 0], points[..., 1])
+    depth = np.zeros(points.shape[:2])
+    depth[within] = shapely.distance(skin, shapely.points(points[within]))
+    deepest: Array = depth.max(axis=1)
     return deepest
 
 
