@@ -28,8 +28,10 @@ from geometry2d.foundation.progress import Progress
 from geometry2d.foundation.toml import parsed_toml
 from scenarios.campaign.history_checkpoint import HistoryCheckpoint
 from scenarios.campaign.measures import felt_measures
+from scenarios.results.doubt import RUN_FOLDER
 from scenarios.results.history_file import HISTORY_FILE, write_history
 from scenarios.results.solution import Solution
+from scenarios.settings.files import SCENARIO_FILE
 from scenarios.settings.layers import SettingsLayer
 from scenarios.settings.scenario import Scenario, ScenarioError, scenario_from
 from scenarios.sip.replay import refuse_unusable, replay
@@ -38,8 +40,6 @@ from scenarios.sip.run import NothingComputedError, solve
 Array = NDArray[np.float64]
 
 ROW_FILE = "row.json"
-SCENARIO_FILE = "scenario.toml"
-RUN_FOLDER = "run"
 CHECKPOINT_FILE = "checkpoint.npz"
 
 WHOLE, STOPPED, REFUSED = "whole", "stopped", "refused"

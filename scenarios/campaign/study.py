@@ -23,8 +23,9 @@ from scenarios.campaign.measures import HEADLINE
 from scenarios.campaign.plan import RUNS, Plan, planned
 from scenarios.campaign.settings import LimitSettings, StudySettings
 from scenarios.campaign.sip import LOST, SipRow, SipTask, solved_sip
-from scenarios.campaign.table import CSV_FILE, PARQUET_FILE, Row, write_csv, write_parquet
+from scenarios.campaign.table import PARQUET_FILE, Row, write_csv, write_parquet
 from scenarios.campaign.variation import StudyError
+from scenarios.results.doubt import STUDY_TABLE
 from scenarios.sip.run import solve
 
 if TYPE_CHECKING:
@@ -181,7 +182,7 @@ def carried_out(
             _row(case, found[case.identity]) for case in plan.cases if case.identity in found
         )
         if rows:
-            write_csv(rows, folder / CSV_FILE)
+            write_csv(rows, folder / STUDY_TABLE)
     write_parquet(rows, folder / PARQUET_FILE)
     return StudyOutcome(plan, rows, folder)
 

@@ -13,7 +13,6 @@ from scenarios.campaign.engine import INSTALL
 from scenarios.campaign.variation import StudyError
 
 PARQUET_FILE = "results.parquet"
-CSV_FILE = "results.csv"
 
 Row = Mapping[str, Any]
 

@@ -11,7 +11,7 @@ from scenarios.campaign.variation import StudyError
 from scenarios.decision.run import run_study
 from scenarios.results.doubt import DOUBT_FOLDER, SHARE, Doubt
 from scenarios.results.quantities import LIPS
-from scenarios.results.writer import SCENARIO_FILE
+from scenarios.settings.files import SCENARIO_FILE
 
 
 def doubt_study(

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scenarios.campaign.sip import RUN_FOLDER
 from scenarios.campaign.study import StudyOutcome
 from scenarios.decision.difference_table import runs_of_units
 from scenarios.decision.messages import compared_necks
 from scenarios.decision.parts import Part
 from scenarios.decision.style import STUDY_STYLE
+from scenarios.results.doubt import RUN_FOLDER
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.views.page.explore import explorer
 from scenarios.views.page.hypertext import Markup, page, tag

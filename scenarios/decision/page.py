@@ -10,7 +10,7 @@ from scenarios.campaign.measures import HEADLINE
 from scenarios.campaign.plan import Plan
 from scenarios.campaign.sip import WHOLE
 from scenarios.campaign.study import StudyOutcome
-from scenarios.campaign.table import CSV_FILE, PARQUET_FILE, Row
+from scenarios.campaign.table import PARQUET_FILE, Row
 from scenarios.decision.comparison import (
     CONFIDENCE,
     factor_columns,
@@ -27,6 +27,7 @@ from scenarios.decision.moved_sips import MovedSips
 from scenarios.decision.pair_section import pair_sections
 from scenarios.decision.parts import Part, body, contents, figure
 from scenarios.decision.people_section import people_sections
+from scenarios.results.doubt import STUDY_TABLE
 from scenarios.results.quantities import LIPS
 from scenarios.views.page.embedded import data_address
 from scenarios.views.page.hypertext import Markup, joined, tag
@@ -229,14 +230,14 @@ def _trust() -> Part:
 
 
 def _repeat(result: StudyOutcome) -> Part:
-    table = (result.folder / CSV_FILE).read_bytes()
+    table = (result.folder / STUDY_TABLE).read_bytes()
     return Part.of(
         "repeat",
         "How to repeat it",
         tag(
             "p",
             "All columns: ",
-            tag("a", CSV_FILE, href=data_address(table, "text/csv"), download=CSV_FILE),
+            tag("a", STUDY_TABLE, href=data_address(table, "text/csv"), download=STUDY_TABLE),
             f" (in this page), {PARQUET_FILE} beside it. Each sip's directory holds its scenario: ",
             tag("code", "drinksim replay runs/…/scenario.toml --out again"),
             " computes it anew, with all its fields.",

@@ -8,6 +8,7 @@ from fem2d.export.deck import abaqus_deck
 from geometry2d.foundation.output import file_at_once
 from geometry2d.foundation.progress import Progress, no_progress
 from scenarios.results.solution import Solution
+from scenarios.settings.files import SCENARIO_FILE
 from scenarios.settings.scenario import load_scenario
 from scenarios.sip.replay import prepared
 
@@ -25,7 +26,7 @@ def export_abaqus(run: Path, out: Path, *, progress: Progress = no_progress) -> 
         If the model holds something that a deck cannot say.
     """
     Solution.load(run)
-    scenario = load_scenario(str(run / "scenario.toml"))
+    scenario = load_scenario(str(run / SCENARIO_FILE))
     ready = prepared(scenario, progress=progress)
     deck = abaqus_deck(
         ready.lips.fem_model,

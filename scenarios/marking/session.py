@@ -18,9 +18,10 @@ from scenarios.marking.document import contacts_text, marker_file_text, scenario
 from scenarios.marking.film import Film
 from scenarios.marking.pointing import MarkingError
 from scenarios.marking.state import MarkingState
+from scenarios.settings.files import SCENARIO_FILE
 
 MARKERS, TRACKS, CONTACTS = "markers.toml", "tracks.csv", "contacts.csv"
-SCENARIO, MOTION = "scenario.toml", "motion"
+MOTION = "motion"
 
 
 @dataclass(frozen=True)
@@ -115,7 +116,7 @@ class Session:
                 name=self.film.path.stem,
                 video=self.film.path,
             )
-            (folder / SCENARIO).write_text(scenario, encoding="utf-8")
+            (folder / SCENARIO_FILE).write_text(scenario, encoding="utf-8")
         self.saved = self.state
 
     def convert(self) -> None:

@@ -24,7 +24,8 @@ DOUBT_FOLDER = "doubt"
 STUDY_TABLE, DRAW, FIRST_RESULT = "results.csv", "draw", "status"
 """The table of a study, its column of draws, and the first column of what came out."""
 
-_IN_A_RUN = f"run/{HISTORY_FILE}"
+RUN_FOLDER = "run"
+"""Folder of a sip of a study with its run, where runs are kept."""
 
 SHARE = 0.9
 """Of the samples that a band holds."""
@@ -106,7 +107,9 @@ def _other_draws(run: Path) -> list[Path]:
     if mine is None:
         return []
     same = [row for row in rows if all(row[name] == mine[name] for name in choices)]
-    there = (study / row["run"] / place for row in same for place in (HISTORY_FILE, _IN_A_RUN))
+    there = (
+        study / row["run"] / place / HISTORY_FILE for row in same for place in (".", RUN_FOLDER)
+    )
     found = sorted(file for file in there if file.is_file())
     return found if len(found) > 1 else []
 

@@ -41,6 +41,7 @@ from scenarios.results.quantities import (
     Quantity,
 )
 from scenarios.results.summary import SUMMARY_FILE
+from scenarios.settings.files import SCENARIO_FILE
 from scenarios.settings.names import nearest
 from scenarios.settings.scenario import Scenario, load_scenario
 
@@ -253,7 +254,7 @@ class Solution:
             return self.replayed
         assert self.folder is not None  # a solution without a folder knows its scenario
         with _written_by(self.summary, self.folder):
-            return load_scenario(str(self.folder / "scenario.toml"))
+            return load_scenario(str(self.folder / SCENARIO_FILE))
 
     @cached_property
     def motion(self) -> Motion:

@@ -11,11 +11,12 @@ from scenarios.results.history_file import HISTORY_FILE, write_history
 from scenarios.results.integrity import MOTION
 from scenarios.results.run_inputs import REFERENCE_FOLDER
 from scenarios.results.solution import Solution
+from scenarios.settings.files import SCENARIO_FILE
 from scenarios.settings.inputs import REFERENCE
 from scenarios.settings.named_files import named_files, with_files
 from scenarios.settings.scenario import MotionFile, resolved_toml
 
-SCENARIO_FILE, MOTION_FILE = "scenario.toml", "motion.csv"
+MOTION_FILE = "motion.csv"
 
 
 def repeating_files(solution: Solution) -> dict[str, bytes]:

@@ -49,10 +49,9 @@ from scenarios.results.integrity import (
     write_inputs,
 )
 from scenarios.results.summary import SUMMARY_FILE, run_summary
+from scenarios.settings.files import SCENARIO_FILE
 
 Arrays = dict[str, NDArray[Any]]
-
-SCENARIO_FILE = "scenario.toml"
 
 
 class SolutionWriter:

@@ -17,6 +17,9 @@ from scenarios.settings.tables import SettingError, Value
 LIBRARY = Path(str(files("scenarios") / "library"))
 """Folder of the built-in scenarios, one folder each."""
 
+SCENARIO_FILE = "scenario.toml"
+"""The scenario in a folder of the library, of a run, of a marked film."""
+
 BASE = "base"
 """Key of a file that names the scenario from which the file differs."""
 
@@ -27,7 +30,7 @@ class ScenarioError(DrinksimError):
 
 def library_names() -> list[str]:
     """Return the names of the built-in scenarios, sorted."""
-    return sorted(path.parent.name for path in LIBRARY.glob("*/scenario.toml"))
+    return sorted(path.parent.name for path in LIBRARY.glob(f"*/{SCENARIO_FILE}"))
 
 
 def recorded_names() -> list[str]:
@@ -134,7 +137,7 @@ def _built_in(file: Path) -> bool:
 
 def _scenario_file(name_or_file: str, folder: Path) -> Path:
     if name_or_file in library_names():
-        return LIBRARY / name_or_file / "scenario.toml"
+        return LIBRARY / name_or_file / SCENARIO_FILE
     path = folder / name_or_file
     if path.is_file():
         return path.resolve()

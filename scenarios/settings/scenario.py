@@ -24,6 +24,7 @@ from mocap.motion.motion import Motion
 from scenarios.settings.effect import ineffective_keys
 from scenarios.settings.files import (
     LIBRARY,
+    SCENARIO_FILE,
     ScenarioError,
     document_from,
     file_layers,
@@ -287,8 +288,8 @@ IN_MEMORY = MotionFile("motion.csv")
 
 SHAPE = Shape.of(Scenario)
 
-RUN_SCENARIO, RUN_MOTION = "scenario.toml", "motion"
-"""Where a run directory keeps its scenario, and the folder of its motion."""
+RUN_MOTION = "motion"
+"""Folder of a run directory that keeps its motion."""
 
 FILM = ("recording.", "motion.")
 """Beginnings of the paths of keys that say what was filmed."""
@@ -368,7 +369,7 @@ def _package_of_run(motion: Path, layer: SettingsLayer) -> Package | None:
     None too if the layer is that run's own scenario.
     """
     run = motion.parent.parent
-    file = run / RUN_SCENARIO
+    file = run / SCENARIO_FILE
     if motion.parent.name != RUN_MOTION or not file.is_file() or layer.folder == run:
         return None
     try:

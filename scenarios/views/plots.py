@@ -19,6 +19,7 @@ from geometry2d.outline import Outline
 from scenarios.messages.verdict import FAILURE, PAIN
 from scenarios.results.quantities import LIPS, Quantity
 from scenarios.results.solution import Solution
+from scenarios.settings.files import SCENARIO_FILE
 from scenarios.settings.scenario import load_scenario
 from scenarios.views.colours import PRESSURE_COLOURS
 from scenarios.views.limits import upper_limit
@@ -106,7 +107,7 @@ def plot_imprint(run: Path, out: Path) -> None:
         If ``run`` is not a run directory.
     """
     solution = Solution.load(run)
-    neck = load_scenario(str(run / "scenario.toml")).package.section()
+    neck = load_scenario(str(run / SCENARIO_FILE)).package.section()
     figure = Figure(figsize=(9.0, 9.6), dpi=DPI, facecolor=PAPER, layout="constrained")
     FigureCanvasAgg(figure)
     # The annotation tells of one subfigure.

@@ -16,7 +16,8 @@ from scenarios.results.history_file import HISTORY_FILE
 from scenarios.results.quantities import LIPS
 from scenarios.results.run_inputs import REFERENCE_FOLDER
 from scenarios.results.solution import Solution
-from scenarios.results.texts import SCENARIO_FILE, history_bytes, repeating_files
+from scenarios.results.texts import history_bytes, repeating_files
+from scenarios.settings.files import SCENARIO_FILE
 from scenarios.views.limits import upper_limit
 from scenarios.views.page.embedded import data_address
 from scenarios.views.page.explore import explorer
