@@ -28,8 +28,10 @@ from geometry2d.foundation.progress import Progress
 from geometry2d.foundation.toml import parsed_toml
 from scenarios.campaign.history_checkpoint import HistoryCheckpoint
 from scenarios.campaign.measures import felt_measures
+from scenarios.messages.lines import mesh_doubt
 from scenarios.results.doubt import RUN_FOLDER
 from scenarios.results.history_file import HISTORY_FILE, write_history
+from scenarios.results.quantities import LIPS
 from scenarios.results.solution import Solution
 from scenarios.settings.files import SCENARIO_FILE
 from scenarios.settings.layers import SettingsLayer
@@ -85,19 +87,35 @@ class SipTask:
 
 @dataclass(frozen=True)
 class SipRow:
-    """What came out of a sip: how it ended, why, in which time, and what it felt like."""
+    """What came out of a sip.
+
+    Attributes
+    ----------
+    status, reason
+        How it ended, and why if it is not whole.
+    seconds
+        How long it took.
+    measures
+        What it felt like.
+    mesh_doubt
+        By which share two measures of the highest pressure on a lip differ, on the worse lip.
+    notes
+        What to mind about it, in the words of a single replay.
+    """
 
     status: str
     reason: str = ""
     seconds: float = 0.0
     measures: Mapping[str, float] | None = None
+    mesh_doubt: float | None = None
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, folder: Path) -> SipRow | None:
         """Return what is in a sip's directory; None if it is not there or cannot be read."""
         try:
             found = json.loads((folder / ROW_FILE).read_text(encoding="utf-8"))
-            return cls(**found)
+            return cls(**found | {"notes": tuple(found.get("notes", ()))})
         except (OSError, ValueError, TypeError):
             return None
 
@@ -140,8 +158,15 @@ def solved_sip(task: SipTask) -> SipRow:
         partial.write_text(task.scenario_toml, encoding="utf-8")
     started = time.monotonic()
 
-    def row(status: str, reason: str, measures: Mapping[str, float] | None = None) -> SipRow:
-        return SipRow(status, reason, round(time.monotonic() - started, 2), measures)
+    def row(status: str, reason: str, sip: _Replayed | None = None) -> SipRow:
+        seconds = round(time.monotonic() - started, 2)
+        if sip is None:
+            return SipRow(status, reason, seconds)
+        doubt, measures = (
+            max(mesh_doubt(lip, sip.about) for lip in LIPS),
+            felt_measures(sip.history),
+        )
+        return SipRow(status, reason, seconds, measures, doubt, tuple(sip.about["notes"]))
 
     def given_up() -> None:
         row(TIME_LIMIT, f"hung for more than {GRACE * task.time_s:g} s").write(folder)
@@ -154,7 +179,7 @@ def solved_sip(task: SipTask) -> SipRow:
                 raise KeyboardInterrupt
             status = WHOLE if sip.finished else STOPPED
             reason = "" if sip.finished else sip.message
-            result = row(status, reason, felt_measures(sip.history))
+            result = row(status, reason, sip)
             if task.keep == "histories":
                 _write_history(sip.history, folder)
         except SipLimitError as error:
@@ -177,11 +202,12 @@ def scenario_in(folder: Path, text: str) -> Scenario:
 
 @dataclass(frozen=True)
 class _Replayed:
-    """How a replay ended, and its history."""
+    """How a replay ended, its history, and the numbers for a summary."""
 
     finished: bool
     message: str
     history: Mapping[str, Array]
+    about: Mapping[str, Any]
 
 
 def _replayed(task: SipTask, folder: Path, progress: Progress) -> _Replayed:
@@ -193,7 +219,7 @@ def _replayed(task: SipTask, folder: Path, progress: Progress) -> _Replayed:
         solution = solve(
             scenario, out=out, resume=out is not None, threads=threads, progress=progress
         )
-        return _Replayed(solution.finished, solution.message, solution.history)
+        return _Replayed(solution.finished, solution.message, solution.history, solution.summary)
     refuse_unusable(scenario)
     reference = scenario.hand.reference
     kept = HistoryCheckpoint(folder / CHECKPOINT_FILE)
@@ -207,7 +233,7 @@ def _replayed(task: SipTask, folder: Path, progress: Progress) -> _Replayed:
     )
     if kept.history["time_s"].size == 0:
         raise NothingComputedError(f"nothing was computed: {outcome.message}")
-    return _Replayed(outcome.finished, outcome.message, kept.history)
+    return _Replayed(outcome.finished, outcome.message, kept.history, outcome.about)
 
 
 def _limits(task: SipTask, started: float) -> Progress:

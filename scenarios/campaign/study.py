@@ -40,6 +40,9 @@ NAMED = 3
 PREPARING = 0.02
 """Share of the progress that preparation takes."""
 
+NOTES_BETWEEN = "; "
+"""Between the notes of a sip in the table."""
+
 Solver = Callable[[SipTask], SipRow]
 """Computes one sip; a test puts a formula in its place."""
 
@@ -226,6 +229,8 @@ def _row(case: Case, sip: SipRow) -> Row:
         "reason": sip.reason,
         "run": f"{RUNS}/{case.identity}",
         "seconds": sip.seconds,
+        "mesh_doubt": sip.mesh_doubt,
+        "notes": NOTES_BETWEEN.join(sip.notes),
     }
     return {**case.factors, **about, **(sip.measures or {})}
 

@@ -33,7 +33,7 @@ ALIKE = 0.05
 MOST_PEOPLE = 2000
 """More people than that are not proposed."""
 
-NOT_COMPARED = ("status", "reason", "run", "seconds")
+NOT_COMPARED = ("status", "reason", "run", "seconds", "mesh_doubt", "notes")
 
 
 @dataclass(frozen=True)

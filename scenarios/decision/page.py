@@ -24,6 +24,7 @@ from scenarios.decision.messages import (
     headline,
 )
 from scenarios.decision.moved_sips import MovedSips
+from scenarios.decision.notes import gathered, mesh_sentence
 from scenarios.decision.pair_section import pair_sections
 from scenarios.decision.parts import Part, body, contents, figure
 from scenarios.decision.people_section import people_sections
@@ -47,6 +48,7 @@ def write_page(result: StudyOutcome, out: Path) -> Path:
         *_sensitivity(rows),
         *people_sections(result),
         _rule(result),
+        *_notes(rows),
         _failures(result),
         _sips(rows),
         _trust(),
@@ -88,6 +90,9 @@ def _answer(result: StudyOutcome) -> Part:
                 class_="warning",
             )
         )
+    rough = mesh_sentence(result.rows)
+    if rough is not None:
+        parts.append(tag("p", rough, class_="warning"))
     parts.append(
         tag(
             "p",
@@ -177,6 +182,14 @@ def _held(rows: Sequence[Row]) -> str:
         if parts
         else ""
     )
+
+
+def _notes(rows: Sequence[Row]) -> list[Part]:
+    entries = [
+        tag("li", f"{note.count} of {len(rows)} sips, first {note.first}: {note.text}.")
+        for note in gathered(rows)
+    ]
+    return [Part.of("notes", "What to mind", tag("ul", *entries))] if entries else []
 
 
 def _failures(result: StudyOutcome) -> Part:

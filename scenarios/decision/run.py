@@ -20,6 +20,7 @@ from scenarios.campaign.study import (
 )
 from scenarios.campaign.table import check_tables
 from scenarios.decision.messages import headline
+from scenarios.decision.notes import mesh_sentence
 from scenarios.decision.page import write_page
 from scenarios.settings.hand import HandSettings
 
@@ -159,4 +160,5 @@ def study_message(result: StudyOutcome) -> str:
     failed = len(result.failed)
     said = f"{len(result.rows)} sips" + (f", {failed} of them failed" if failed else "")
     files = f"{result.folder}: study.html, results.parquet, results.csv; {said}"
-    return f"{files}\n{headline(result.plan, result.rows)}"
+    lines = [files, headline(result.plan, result.rows), mesh_sentence(result.rows)]
+    return "\n".join(line for line in lines if line is not None)

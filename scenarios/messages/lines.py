@@ -162,6 +162,16 @@ def crushed_message(deepest_mm: float) -> str | None:
     )
 
 
+def mesh_doubt(lip: str, about: Mapping[str, Any]) -> float:
+    """Return by which share two measures of a lip's pressure over half a millimetre differ."""
+    low, high = sorted(_two_ways(lip, about))
+    return (high - low) / high if high > 0 else 0.0
+
+
+def _two_ways(lip: str, about: Mapping[str, Any]) -> list[float]:
+    return [about[f"highest_{way}_{lip}_lip_kpa"] for way in ("window", "recovered_window")]
+
+
 def mesh_message(
     lip: str, about: Mapping[str, Any], *, contact_mm: float, layer_mm: float
 ) -> str | None:
@@ -176,10 +186,9 @@ def mesh_message(
     contact_mm, layer_mm
         Edge length at the lip's margin, and the largest one along the dermis, mm.
     """
-    ways = [about[f"highest_{way}_{lip}_lip_kpa"] for way in ("window", "recovered_window")]
-    low, high = sorted(ways)
-    if high - low <= MESH_DOUBT * high:
+    if mesh_doubt(lip, about) <= MESH_DOUBT:
         return None
+    ways = _two_ways(lip, about)
     edge_mm = SHORT_EDGE_MM if layer_mm > SHORT_EDGE_MM else 0.5 * layer_mm
     remedy = f"numerics.mesh.layer_mm = {edge_mm:.2g}"
     if contact_mm > edge_mm:

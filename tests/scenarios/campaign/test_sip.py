@@ -45,6 +45,8 @@ def test_an_interrupted_sip_goes_on_to_the_same_row(task, monkeypatch):
     whole = solved_sip(elsewhere(task, "whole"))
     assert whole.status == WHOLE
     assert whole.measures["lips_window_kpa_peak"] > 1.0
+    assert 0.0 < whole.mesh_doubt < 1.0
+    assert SipRow.read(Path(elsewhere(task, "whole").folder)) == whole
     limits, calls = sip._limits, []
 
     def interrupted(*arguments):
@@ -67,10 +69,12 @@ def test_an_interrupted_sip_goes_on_to_the_same_row(task, monkeypatch):
     before = len(calls)
     resumed = solved_sip(again)
     assert resumed.measures == whole.measures
+    assert (resumed.mesh_doubt, resumed.notes) == (whole.mesh_doubt, whole.notes)
     assert calls[before + 2] > 0.0
     assert not (Path(again.folder) / sip.CHECKPOINT_FILE).exists()
     kept = solved_sip(replace(elsewhere(task, "kept"), keep="runs"))
     assert kept.measures == whole.measures
+    assert (kept.mesh_doubt, kept.notes) == (whole.mesh_doubt, whole.notes)
 
 
 def test_a_sip_that_takes_too_long_is_a_row_and_is_tried_again(task):

@@ -21,6 +21,7 @@ from scenarios.campaign.study import StudyOutcome, carried_out
 from scenarios.decision.comparison import paired
 from scenarios.decision.difference_table import runs_of_units
 from scenarios.decision.messages import compared_necks, headline, pair_sentence
+from scenarios.decision.notes import gathered, mesh_sentence
 from scenarios.decision.page import write_page
 from scenarios.decision.pair_section import SHOWN, unusual
 from scenarios.results.quantities import HISTORY
@@ -140,6 +141,34 @@ def test_kept_runs_are_moved_through(result, run_directory, tmp_path):
         assert visit.messages == []
         dark = opened(running, page, color_scheme="dark")
         assert grave_faults(dark.ready()) == []
+
+
+def rough(task):
+    """Return what `made_up` returns, from a mesh that is too coarse in the wider neck."""
+    row = made_up(task)
+    if scenario_in(Path(task.folder), task.scenario_toml).package.neck == "DC":
+        return replace(row, mesh_doubt=0.02)
+    pressed = row.measures[HEADLINE]
+    return replace(row, mesh_doubt=0.2, notes=(f"two measures say {pressed:.0f} kPa", "moved"))
+
+
+def test_what_sips_say_to_mind_is_told_once_with_how_many_say_it(result, tmp_path):
+    noted = carried_out(result.plan, tmp_path, InProcess(), solver=rough, progress=quiet)
+    notes = gathered(noted.rows)
+    assert [note.count for note in notes] == [12, 12]
+    assert notes[0].text == noted.rows[0]["notes"].split("; ")[0]
+    text = html.unescape(write_page(noted, tmp_path).read_text(encoding="utf-8"))
+    for note in notes:
+        assert f"12 of 24 sips, first {note.first}: {note.text}." in text
+    said = mesh_sentence(noted.rows)
+    assert "in 12 of 24 sips" in said
+    assert "up to 20 %" in said
+    assert said in text
+
+
+def test_a_mesh_that_is_fine_enough_is_not_spoken_of(result, page):
+    assert mesh_sentence(result.rows) is None
+    assert "What to mind" not in page.read_text(encoding="utf-8")
 
 
 def test_every_failure_is_told_with_its_reason(result, page):
