@@ -65,7 +65,9 @@ class Outcome:
         if not head_scale:
             markers.write_text(take.marker_file(truths[0], head_scale=False), encoding="utf-8")
         file, film = read_markers(markers), Video(video)
-        tracks = with_temporal_noise(follow(film, file), key_frames=film.key_frames).interpolated()
+        tracks = with_temporal_noise(
+            follow(film, file), bodies=file.rigid_bodies, key_frames=film.key_frames
+        ).interpolated()
         measured = measure(tracks, file, PictureFormat(take.camera.width, take.camera.height))
         return cls(take, tracks, measured, truths)
 

@@ -170,7 +170,9 @@ def convert(
             if out is None or not error.places_px:
                 raise
             raise _pictured(error, Video(video, fps=fps), Path(out)) from None
-        tracks_found = with_temporal_noise(raw, key_frames=film.key_frames).interpolated()
+        tracks_found = with_temporal_noise(
+            raw, bodies=marker_file.rigid_bodies, key_frames=film.key_frames
+        ).interpolated()
         measured = measure(tracks_found, marker_file, picture)
         refuse_implausible(measured, marker_file)
         report = summary(film.info, film.timing, marker_file, measured, picture)

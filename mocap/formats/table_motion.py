@@ -142,7 +142,9 @@ def motion_in_plane(table: MarkerTable, options: PositionOptions) -> MotionInSpa
             "the person faces left: left and right are exchanged in the motion, so that x points "
             "to where the face looks"
         )
-    tracks = _tracks(table, names, world)
+    tracks = with_temporal_noise(
+        _tracks(table, names, world), bodies=bodies.values()
+    ).interpolated()
     ones = np.ones(tracks.frame.size)
     scales = {
         body: BodyScale(ones, 0.0, body, 0.0, (), (), Flattening(np.nan, np.nan)) for body in bodies
@@ -178,9 +180,9 @@ def _column(table: MarkerTable, name: str) -> int:
 
 
 def _tracks(table: MarkerTable, names: Sequence[str], world: Array) -> Tracks:
-    """Return positions (n, m, 2), mm, y up, as the tracks of a camera, with their noise."""
+    """Return positions (n, m, 2), mm, y up, as the tracks of a camera."""
     known = np.asarray(np.isfinite(world).all(axis=2))
-    raw = Tracks(
+    return Tracks(
         frame=np.arange(table.time_s.size),
         time_s=table.time_s,
         names=tuple(names),
@@ -188,7 +190,6 @@ def _tracks(table: MarkerTable, names: Sequence[str], world: Array) -> Tracks:
         sigma_px=np.where(known, PX_PER_MM * LEAST_SIGMA_MM, np.nan),
         status=np.where(known, "seen", "lost").astype("<U9"),
     )
-    return with_temporal_noise(raw).interpolated()
 
 
 def _across(table: MarkerTable, options: PositionOptions, head: int, package: int) -> list[str]:

@@ -15,7 +15,7 @@ from mocap.motion.motion import MarkedBody, Motion
 from mocap.motion.picture import PictureScale
 from mocap.motion.poses import Poses, body_poses, carried_by_two, usable_rows
 from mocap.motion.scale import BodyScale
-from mocap.motion.smooth import Smoothed, smoothed
+from mocap.motion.smooth import Smoothed, removes_motion, smoothed
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.noise import repeats
 from mocap.tracking.tracks import Tracks
@@ -172,17 +172,21 @@ class _SmoothPose:
 def _smoothed_coordinates(time: Array, pose: Poses, same: Array) -> dict[str, Smoothed]:
     """Return the smoothed coordinates of a body; the angle only where it is known."""
     raw = np.column_stack([pose.position_mm, pose.angle_rad])
-    return {
-        f"{pose.body}_{name}": smoothed(
-            time,
-            raw[:, k],
-            np.sqrt(pose.covariance[:, k, k]),
-            repeats=same,
-            noise_known=pose.noise_known,
-        )
-        for k, name in enumerate(COORDINATES)
-        if name != "theta_rad" or pose.turns
-    }
+    spread = np.sqrt(np.einsum("nii->ni", pose.covariance))
+    found = {}
+    for k, name in enumerate(COORDINATES):
+        if name == "theta_rad" and not pose.turns:
+            continue
+        smooth = smoothed(time, raw[:, k], spread[:, k], repeats=same, noise_known=pose.noise_known)
+        if pose.stretch is not None and not pose.noise_known:
+            inner = smoothed(
+                time, pose.stretch, spread[:, 2], repeats=same, cutoff_hz=smooth.cutoff_hz
+            )
+            if removes_motion(smooth, inner):
+                error = spread[:, k] * max(inner.noise_factor, 1.0)
+                smooth = smoothed(time, raw[:, k], error, repeats=same, noise_known=True)
+        found[f"{pose.body}_{name}"] = smooth
+    return found
 
 
 def _other_poses(

@@ -5,6 +5,10 @@ x_i by least squares with weights w_i = 1/σ_i². As complex numbers relative to
 θ = arg Σ w_i x_i X̄_i (a rotation, never a reflection), σ_θ² = 1/Σ w_i|X_i|², and σ² = 1/Σ w_i for
 the mean. The shape is the average over all frames (generalised Procrustes analysis, Gower 1975):
 no single frame's noise enters all angles.
+
+The length of the same sum, Σ w_i x_i X̄_i e^(−iθ)/Σ w_i|X_i|², is how much larger than its shape the
+body appears. It has the standard error of the angle. A rigid body turns and does not stretch, so
+that what varies quickly in it is noise.
 """
 
 from __future__ import annotations
@@ -59,6 +63,9 @@ class Poses:
         do not share.
     persistence
         How many neighbouring frames share an error: so many count as one measurement.
+    stretch
+        (n,) apparent size of the body over that of its shape; its standard error is the angle's.
+        None if it is not known, as for a single marker.
     axis_rad
         Direction from the first to the last marker at ``angle_rad`` zero, counter-clockwise from
         the world's x, from all frames together; 0 for a single marker.
@@ -74,6 +81,7 @@ class Poses:
     expected_residual_mm: float
     turns: bool
     axis_rad: float
+    stretch: Array | None = None
     noise_known: bool = False
     persistence: float = 1.0
 
@@ -182,8 +190,10 @@ def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm:
             break
     offset = shape - (weight * shape).sum(axis=1, keepdims=True) / total[:, None]
     turn = np.exp(1j * angle)
-    rigid = mean[:, None] + offset * turn[:, None]
+    rigid_offset = offset * turn[:, None]
+    rigid = mean[:, None] + rigid_offset
     inertia = (weight * np.abs(offset) ** 2).sum(axis=1)
+    along = (weight * (measured - mean[:, None]) * rigid_offset.conj()).sum(axis=1).real
     arm = offset[:, 0] * turn
     covariance = _pose_covariance(total, inertia, arm, turns=len(names) > 1)
     count = max(2 * len(names) - 3, 0)
@@ -204,6 +214,7 @@ def body_poses(body: str, names: tuple[str, ...], positions_mm: Array, sigma_mm:
         ),
         turns=len(names) > 1,
         axis_rad=float(np.angle(shape[-1] - shape[0]) + angle[0]) if len(names) > 1 else 0.0,
+        stretch=along / inertia if len(names) > 1 else None,
     )
 
 

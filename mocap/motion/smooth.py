@@ -30,6 +30,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cholesky_banded
+from scipy.stats import f as f_distribution
 
 from geometry2d.compiled import compiled
 from geometry2d.foundation.errors import DrinksimError
@@ -42,6 +43,10 @@ CUTOFFS_TRIED = 60
 WORSE = 4.0
 # If the noise is known, a large error is one: only interpolated samples have one so much larger.
 INTERPOLATED = 50.0
+# Smoothing removes motion if what it removes exceeds the noise by this factor, and by what noise
+# has by chance with this probability.
+MORE_THAN_NOISE = 1.3
+RARE = 1e-3
 # Shorter signals are not smoothed: their noise cannot be estimated.
 LEAST_SAMPLES = 8
 
@@ -68,6 +73,8 @@ class Smoothed:
         RMS difference of signal and curve, in the signal's unit.
     noise_factor
         Estimated noise of the signal over its stated standard errors.
+    freedom
+        Number of independent residuals that tell it.
     """
 
     values: Array
@@ -78,6 +85,7 @@ class Smoothed:
     cutoff_hz: float
     removed_rms: float
     noise_factor: float
+    freedom: float = 0.0
 
 
 def smoothed(
@@ -183,7 +191,23 @@ def _solution(
         cutoff_hz=float(cutoff) if left > 1e-3 else 0.5 / unit,
         removed_rms=float(np.sqrt(np.mean((signal - curve)[measured] ** 2))),
         noise_factor=float(noise),
+        freedom=left,
     )
+
+
+def removes_motion(smooth: Smoothed, noise: Smoothed) -> bool:
+    """Whether smoothing removed clearly more of a signal than its noise.
+
+    Parameters
+    ----------
+    smooth, noise
+        The smoothed signal, and what has the signal's noise and no quick motion, smoothed with the
+        same cutoff. Standard errors of both have to be right relative to each other.
+    """
+    if min(smooth.freedom, noise.freedom) <= LEAST_SAMPLES:
+        return False
+    by_chance = np.sqrt(f_distribution.isf(RARE, smooth.freedom, noise.freedom))
+    return bool(smooth.noise_factor > MORE_THAN_NOISE * by_chance * noise.noise_factor)
 
 
 def _score(

@@ -129,6 +129,11 @@ class MarkerFile:
         """All markers, in the order of the file."""
         return tuple(self.positions_px)
 
+    @property
+    def rigid_bodies(self) -> tuple[tuple[str, ...], ...]:
+        """Markers of the two bodies whose motion is measured, which keep their distances."""
+        return self.bodies[self.reference], self.bodies[self.moving]
+
     def has_sticker(self, body: str) -> bool:
         """Whether a body carries a coded sticker."""
         return any(name in self.coded for name in self.bodies[body])

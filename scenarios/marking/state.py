@@ -49,7 +49,9 @@ class MarkingState:
         on_spots = replace(
             self.tracks, status=np.where(self._pointed_spots(), "seen", self.tracks.status)
         )
-        noisy = with_temporal_noise(on_spots, key_frames=self.key_frames)
+        noisy = with_temporal_noise(
+            on_spots, bodies=self.marking.given.rigid_bodies, key_frames=self.key_frames
+        )
         return replace(noisy, status=self.tracks.status).interpolated()
 
     def table(self) -> Tracks:

@@ -137,7 +137,9 @@ def test_the_style_of_the_other_recordings(name: str, style: str) -> None:
     """As their scripts say, but for DC-F, whose upper lip lies on the rim: that cannot be told."""
     folder = SIP.parent / name
     markers, film = read_markers(folder / "markers.toml"), Video(folder / "recording.mp4")
-    tracks = with_temporal_noise(follow(film, markers), key_frames=film.key_frames).interpolated()
+    tracks = with_temporal_noise(
+        follow(film, markers), bodies=markers.rigid_bodies, key_frames=film.key_frames
+    ).interpolated()
     measured = measure(tracks, markers, PictureFormat(film.info.width, film.info.height))
     found = measured.motion.drinking(measured.lip)
     assert found.style == style

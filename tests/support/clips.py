@@ -20,7 +20,14 @@ Array = NDArray[np.float64]
 EAR, NOSE = (0.0, 0.0), (102.0, 12.0)
 JAW_FRONT, JAW_BACK = (70.0, -62.0), (48.0, -60.0)
 LOWER, UPPER = (0.0, 0.0), (0.0, 14.0)
+TREMOR_HZ = (7.0, 6.2)
 SKIN = (0.80, 0.62, 0.52)
+
+
+def trembling(time_s: Array) -> Array:
+    """Return a tremor (n, 2) of amplitude one in x and y."""
+    phase = 2 * np.pi * np.outer(time_s, TREMOR_HZ)
+    return np.column_stack([np.sin(phase[:, 0]), np.cos(phase[:, 1])])
 
 
 @dataclass(frozen=True)
@@ -50,6 +57,7 @@ class Clip:
     stickers: tuple[str, ...] = ()
     tilt_deg: tuple[float, float] = (0.0, 0.0)
     faces_left: bool = False
+    tremor_mm: float = 0.0
 
     @property
     def sides(self) -> Array:
@@ -79,7 +87,7 @@ class Clip:
         """Motions of head and package over the clip: an approach, a tilt, and back again."""
         rng = np.random.default_rng([self.seed, 7])
         span = self.frames / self.fps
-        time = np.linspace(-0.1 * span - 0.1, 1.1 * span + 0.1, 400)
+        time = np.linspace(-0.1 * span - 0.1, 1.1 * span + 0.1, 2000 if self.tremor_mm else 400)
         s = np.clip(time / span, 0, 1)
         there = np.sin(np.pi * s) ** 2
         phase = rng.uniform(0, 2 * np.pi, 6)
@@ -91,6 +99,7 @@ class Clip:
         lower = np.column_stack(
             [175 - 48 * there + 3 * sway[4], -45 + 22 * amount[4] * there + 3 * sway[5]]
         )
+        lower = lower + self.tremor_mm * trembling(time)
         side = self.sides[0]
         head = RigidMotion(time, side * head_angle, head_shift * self.sides)
         package = RigidMotion.of_reference_point(time, side * angle, lower * self.sides, LOWER)

@@ -92,7 +92,9 @@ def measured(folder: Path, **changes: Callable[[float], float]) -> tuple[Measure
     )
     video, markers, truths = clip.write(folder)
     file, film = read_markers(markers), Video(video)
-    tracks = with_temporal_noise(follow(film, file), key_frames=film.key_frames).interpolated()
+    tracks = with_temporal_noise(
+        follow(film, file), bodies=file.rigid_bodies, key_frames=film.key_frames
+    ).interpolated()
     picture = PictureFormat(clip.width, clip.height)
     found = measure(tracks, file, picture)
     report = summary(film.info, film.timing, file, found, picture)

@@ -21,9 +21,11 @@ HIDDEN = replace(SHORT, frames=60, occluded=(0.4, 2.0), seed=5, full_well_e=4000
 
 
 def whole(video: Path, markers: Path, given: Tracks | None = None) -> Tracks:
-    film = Video(video)
-    raw = follow(film, read_markers(markers), given=given)
-    return with_temporal_noise(raw, key_frames=film.key_frames).interpolated()
+    film, file = Video(video), read_markers(markers)
+    raw = follow(film, file, given=given)
+    return with_temporal_noise(
+        raw, bodies=file.rigid_bodies, key_frames=film.key_frames
+    ).interpolated()
 
 
 @pytest.mark.slow

@@ -43,7 +43,9 @@ def tracked(clip: Clip) -> tuple[Tracks, Measurement, list[Truth]]:
     file = read_markers(markers)
     film = Video(video)
     raw = follow(film, file)
-    tracks = with_temporal_noise(raw, key_frames=film.key_frames).interpolated()
+    tracks = with_temporal_noise(
+        raw, bodies=file.rigid_bodies, key_frames=film.key_frames
+    ).interpolated()
     picture = PictureFormat(film.info.width, film.info.height)
     return tracks, measure(tracks, file, picture), truths
 
