@@ -13,7 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry2d.foundation.delimited import read_named_table
 from mocap.motion.capture import Capture
+from mocap.motion.errors import MotionError
 from mocap.motion.poses import Poses
 
 Array = NDArray[np.float64]
@@ -64,6 +66,41 @@ class JawOpening:
         sigma[0] = 0.0
         opening = -(jaw.angle_rad - captured.motion.head_rad)
         return cls(captured.frame, captured.motion.time_s, opening - opening[0], sigma)
+
+    @classmethod
+    def read(cls, path: Path) -> JawOpening:
+        """Return what :meth:`write` wrote.
+
+        Raises
+        ------
+        MotionError
+            If the file is no such table, is cut, or its times do not increase.
+        """
+        table = read_named_table(path, COLUMNS, what="table of a jaw", error=MotionError)
+        frame, time_s, opening, sigma = (table.numbers(name) for name in COLUMNS)
+        if np.any(np.diff(time_s) <= 0.0):
+            late = int(np.argmax(np.diff(time_s) <= 0.0)) + 1
+            raise MotionError(
+                f"{path} line {table.rows[late].line}: time_s = {time_s[late]:g} s does not come "
+                "after the row above; sort the rows by time"
+            )
+        return cls(frame.astype(int), time_s, np.radians(opening), np.radians(sigma))
+
+    def means(self, interval_s: float) -> tuple[Array, Array]:
+        """Return times (k,), s, at most so far apart, and mean openings (k,), rad, about them.
+
+        Noise from frame to frame is averaged; what a jaw does, it does more slowly. The first mean
+        is that of the first frame alone, from which openings count.
+        """
+        start, end = float(self.time_s[0]), float(self.time_s[-1])
+        count = max(1, int(np.ceil((end - start) / interval_s)))
+        times = np.linspace(start, end, count + 1)
+        nearest = np.abs(self.time_s[:, None] - times).argmin(axis=1)
+        nearest[0] = 0
+        kept = np.unique(nearest)
+        means = np.array([self.opening_rad[nearest == k].mean() for k in kept])
+        means[0] = self.opening_rad[0]
+        return times[kept], means
 
     def write(self, path: Path) -> None:
         """Write ``jaw.csv``, one row a frame, angles in degrees."""

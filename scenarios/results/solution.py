@@ -43,6 +43,7 @@ from scenarios.results.quantities import (
 from scenarios.results.summary import SUMMARY_FILE
 from scenarios.settings.files import SCENARIO_FILE
 from scenarios.settings.names import nearest
+from scenarios.settings.person import Jaw
 from scenarios.settings.scenario import Scenario, load_scenario
 
 if TYPE_CHECKING:
@@ -305,9 +306,12 @@ class Solution:
             },
         )
 
+    @cached_property
+    def _jaw_course(self) -> Jaw | None:
+        return self.scenario.head.jaw_course()
+
     def _jaw_at(self, time_s: float) -> RigidPlacement:
-        hinge = self.model.outlines.get(JAW_HINGE)
-        jaw = None if hinge is None else self.scenario.head.jaw
+        hinge, jaw = self.model.outlines.get(JAW_HINGE), self._jaw_course
         if jaw is None or hinge is None:
             return UNMOVED
         turn_deg = jaw.opening_deg[0] - jaw.amplitude.at(time_s)

@@ -7,17 +7,26 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from fem2d.loads.amplitude import Amplitude
 from fem2d.materials.prony import PronySeries
 from geometry2d.anatomy.anthropometry import HeadMeasurements
 from geometry2d.anatomy.head import HeadSection, head_section
 from geometry2d.drawings.drawn_head import drawn_head
 from geometry2d.foundation.settings import setting
+from mocap.motion.jaw import JawOpening
 from scenarios.settings.culprit import built
 from scenarios.settings.tables import SettingError
 
 DRAWN_HEAD_KEYS = ("dermis_thickness_mm", "tie_fade_mm")
 """Measurements that a drawing of the head leaves open."""
+
+OPENING_DEG = (0.0, 25.0)
+"""How far a jaw opens by turning alone, at least and at most."""
+
+JAW_INTERVAL_S = 0.25
+"""Over which a filmed jaw's openings are averaged, s: longer than noise, shorter than a gulp."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +40,10 @@ class Jaw:
         unit="s", minimum=0.0, description="instants of the openings, in the recording"
     )
     opening_deg: tuple[float, ...] = setting(
-        unit="deg", minimum=0.0, maximum=25.0, description="opening of the jaw at each instant"
+        unit="deg",
+        minimum=OPENING_DEG[0],
+        maximum=OPENING_DEG[1],
+        description="opening of the jaw at each instant",
     )
 
     def __post_init__(self) -> None:
@@ -81,13 +93,56 @@ class Head:
         description="a jaw that turns, in place of a number for jaw_opening_deg; "
         "[head.jaw_opening_deg] means the same",
     )
+    jaw_file: str | None = setting(
+        default=None,
+        file=True,
+        example="jaw.csv",
+        description="how the jaw turns, from its marks in a film, as convert writes it: means over "
+        "0.25 s on jaw_opening_deg, which is its opening in the first frame",
+    )
 
     def __post_init__(self) -> None:
-        if self.jaw is not None and self.outline is not None:
+        if self.jaw is not None and self.jaw_file is not None:
             raise SettingError(
-                "head.jaw needs the hinge of the jaw, which head.outline does not draw: use the "
+                f"head.jaw and head.jaw_file = {self.jaw_file} contradict each other: both say how "
+                "the jaw turns; give one of them"
+            )
+        given = "head.jaw" if self.jaw is not None else "head.jaw_file"
+        if self.jaw_turns and self.outline is not None:
+            raise SettingError(
+                f"{given} needs the hinge of the jaw, which head.outline does not draw: use the "
                 "measurements of a head, or leave the jaw where it is drawn"
             )
+
+    @property
+    def jaw_turns(self) -> bool:
+        """Whether the jaw is said to turn, by a table or a file."""
+        return self.jaw is not None or self.jaw_file is not None
+
+    def jaw_course(self) -> Jaw | None:
+        """Return how the jaw turns, from its table or its file; None if neither is given.
+
+        Raises
+        ------
+        MotionError
+            If the file is not what ``convert`` writes.
+        SettingError
+            If it opens the jaw farther than a jaw opens, or closes it beyond its teeth.
+        """
+        if self.jaw_file is None:
+            return self.jaw
+        times, opened = JawOpening.read(Path(self.jaw_file)).means(JAW_INTERVAL_S)
+        opening = self.measurements.jaw_opening_deg + np.degrees(opened)
+        low, high = OPENING_DEG
+        worst = int(np.argmax(np.maximum(opening - high, low - opening)))
+        if not low <= opening[worst] <= high:
+            raise SettingError(
+                f"head.jaw_file = {self.jaw_file}: on head.jaw_opening_deg = "
+                f"{self.measurements.jaw_opening_deg:g}° its opening is {opening[worst]:.1f}° at "
+                f"{times[worst]:.2f} s, and a jaw opens by {low:g} to {high:g}°: give the opening "
+                "of its first frame"
+            )
+        return Jaw(tuple(times.tolist()), tuple(opening.tolist()))
 
     def section(self) -> HeadSection:
         """Return the head, cut through its middle.

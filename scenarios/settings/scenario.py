@@ -143,7 +143,7 @@ class Scenario:
                 f'muscles.{sealing[0]} = "auto" is the least that holds the liquid back: give '
                 "[liquid] volume_ml too"
             )
-        if self.head.jaw is not None and self.contact.teeth_friction != 0:
+        if self.head.jaw_turns and self.contact.teeth_friction != 0:
             raise SettingError(
                 f"contact.teeth_friction = {self.contact.teeth_friction:g} and head.jaw contradict "
                 "one another: teeth that turn with the jaw touch the lips without friction"

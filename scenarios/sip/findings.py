@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 
 import numpy as np
 import shapely
@@ -20,8 +21,10 @@ from geometry2d.crests import crests_behind_marks, end_fullness
 from geometry2d.neck import NeckSection
 from geometry2d.outline import Outline
 from geometry2d.rigid import RigidMotion
+from mocap.motion.jaw import JawOpening
 from scenarios.placing.recorded_motion import RecordedNeck
 from scenarios.results.quantities import WALLS
+from scenarios.settings.person import JAW_INTERVAL_S, Head
 from scenarios.sip.clearance import Approach
 
 Array = NDArray[np.float64]
@@ -321,6 +324,23 @@ def jaw_findings(head: HeadSection) -> Iterator[Finding]:
             "head",
             f"the jaw is shut: the incisors are {apart:.1f} mm apart, and who drinks opens the "
             "mouth; set head.jaw_opening_deg, 7 just before contact, or draw the jaw open",
+        )
+
+
+def jaw_file_findings(head: Head) -> Iterator[Finding]:
+    """Yield a finding if a filmed jaw turns by less than its marks can tell."""
+    if head.jaw_file is None:
+        return
+    jaw = JawOpening.read(Path(head.jaw_file))
+    turn = float(np.degrees(np.ptp(jaw.means(JAW_INTERVAL_S)[1])))
+    error = float(np.degrees(jaw.sigma_rad.max()))
+    if turn < error:
+        yield Finding(
+            Severity.WARNING,
+            "head.jaw_file",
+            f"in {head.jaw_file} the jaw turns by {turn:.1f}°, and its standard error is "
+            f"{error:.1f}°, as skin slides over the bone: the film does not tell that it turns; "
+            "leave the file out to keep it where it is",
         )
 
 

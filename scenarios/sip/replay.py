@@ -36,7 +36,14 @@ from scenarios.settings.scenario import Scenario, ScenarioError
 from scenarios.settings.searches import Period
 from scenarios.sip.activation import FoundActivation, find_activations
 from scenarios.sip.clearance import Approach
-from scenarios.sip.findings import Finding, Severity, findings_of, jaw_findings, neck_findings
+from scenarios.sip.findings import (
+    Finding,
+    Severity,
+    findings_of,
+    jaw_file_findings,
+    jaw_findings,
+    neck_findings,
+)
 from scenarios.sip.hand import about_hand, chosen_hand
 from scenarios.sip.jaw import JawCourse
 from scenarios.sip.lip_model import Lips
@@ -151,7 +158,7 @@ def prepared(
     placed, carried_neck, found = there.placed, there.carried, there.findings
     refuse_contradictions(found, warn)
     motion = carried_neck.motion
-    jaw = scenario.head.jaw
+    jaw = scenario.head.jaw_course()
     course = None if jaw is None else JawCourse.of(jaw, placed.head.landmarks["hinge"])
     lips = Lips(scenario, placed.head, scenario.package.section(), jaw=course)
     pull = find_pull(lips, motion, threads=threads, progress=progress)
@@ -219,7 +226,7 @@ def placed_neck(scenario: Scenario) -> PlacedNeck:
     carried_neck = carried(placed.motion, filmed, neck, scenario.placement.anchor)
     approach = Approach(placed.head, neck, carried_neck.motion)
     found = findings_of(approach, filmed=filmed, recorded=RecordedNeck.of(scenario))
-    return PlacedNeck(placed, carried_neck, approach, found)
+    return PlacedNeck(placed, carried_neck, approach, (*found, *jaw_file_findings(scenario.head)))
 
 
 def neck_findings_of(scenario: Scenario) -> tuple[Finding, ...]:
@@ -228,6 +235,7 @@ def neck_findings_of(scenario: Scenario) -> tuple[Finding, ...]:
     return (
         *neck_findings(neck, filmed, RecordedNeck.of(scenario)),
         *jaw_findings(scenario.head.section()),
+        *jaw_file_findings(scenario.head),
     )
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,9 +12,11 @@ from fem2d.contact.rigid import RigidContact
 from fem2d.loads.driven import DrivenAnchor, DrivenOutline
 from fem2d.loads.load import Load
 from fem2d.solvers.static import solve_static
+from mocap.motion.jaw import JawOpening
 from scenarios.settings.person import Jaw
 from scenarios.settings.scenario import load_scenario, resolved_toml
 from scenarios.settings.tables import SettingError
+from scenarios.sip.findings import Severity, jaw_file_findings
 from scenarios.sip.jaw import JawCourse
 from scenarios.sip.lip_model import Lips, without_neck
 
@@ -148,6 +153,53 @@ def test_teeth_of_a_turning_jaw_touch_without_friction():
 def test_contradictions_are_refused(settings, message):
     with pytest.raises(SettingError, match=message):
         load_scenario("A38-F", settings)
+
+
+def filmed_jaw(folder: Path, degrees: np.ndarray, sigma_deg: float) -> Path:
+    """Write what ``convert`` writes of a jaw that is so far open at 20 frames a second."""
+    n = degrees.size
+    sigma = np.radians(np.where(np.arange(n) == 0, 0.0, sigma_deg))
+    file = folder / "jaw.csv"
+    JawOpening(np.arange(n), np.arange(n) / 20.0, np.radians(degrees), sigma).write(file)
+    return file
+
+
+def test_a_filmed_jaw_turns_from_its_first_opening(tmp_path):
+    file = filmed_jaw(tmp_path, np.concatenate([np.zeros(10), np.full(11, 8.0)]), 2.0)
+    head = load_scenario("A38-F", [f"head.jaw_file={file}", "head.jaw_opening_deg=9"]).head
+    jaw = head.jaw_course()
+    assert jaw.time_s[0] == 0.0
+    assert jaw.time_s[-1] == 1.0
+    assert jaw.amplitude.at(0.0) == 9.0
+    assert jaw.amplitude.at(1.0) == pytest.approx(17.0)
+    built = head.section().landmarks["lower_incisor"]
+    still = load_scenario("A38-F", ["head.jaw_opening_deg=9"]).head.section()
+    assert np.array_equal(built, still.landmarks["lower_incisor"])
+    assert list(jaw_file_findings(head)) == []
+
+
+def test_a_turn_within_its_error_is_odd(tmp_path):
+    file = filmed_jaw(tmp_path, np.linspace(0.0, 3.0, 21), 6.0)
+    head = load_scenario("A38-F", [f"head.jaw_file={file}"]).head
+    (finding,) = jaw_file_findings(head)
+    assert finding.severity is Severity.WARNING
+    assert "its standard error is 6.0°" in str(finding)
+    assert re.search(r"turns by (2\.[89]|3\.0)°", str(finding))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "settings", "message"),
+    [
+        (20.0, (), r"on head.jaw_opening_deg = 7° its opening is 2[67]\.\d° at"),
+        (-8.0, (), r"its opening is -1\.0° at"),
+        (1.0, TURNING, "head.jaw and head.jaw_file = .* contradict"),
+        (1.0, ("contact.teeth_friction=0.5",), r"teeth_friction = 0\.5 and head"),
+    ],
+)
+def test_a_filmed_jaw_that_cannot_be_is_refused(tmp_path, degrees, settings, message):
+    file = filmed_jaw(tmp_path, np.linspace(0.0, 1.0, 21).round() * degrees, 2.0)
+    with pytest.raises(SettingError, match=message):
+        load_scenario("A38-F", [f"head.jaw_file={file}", *settings]).head.jaw_course()
 
 
 def test_a_resting_jaw_stays_where_it_is():
