@@ -61,7 +61,7 @@ def follow(
         Tracks corrected by hand. Positions with status "seen" or "fixed" are kept, those with
         "predicted" stay empty, to be interpolated, and all others are tracked.
     progress
-        Called with the share of the announced frames that is decoded.
+        Called with the share of the film that is decoded.
 
     Raises
     ------
@@ -88,8 +88,7 @@ def follow(
         if stickers.names:
             stickers.process(frame.time_s, frame.image)
         if progress is not None:
-            announced = video.info.declared_frames
-            progress(video.decoded / announced if announced else 0.0, "tracking the markers")
+            progress(video.share(end_s), "tracking the markers")
     tracks = _together(tracker.tracks() if tracker else None, stickers.tracks(), placed, markers)
     if len(tracks.frame) < 2:
         why = "only one frame is used; a motion needs at least two: widen --start and --end"

@@ -1,12 +1,14 @@
 """Frames of a video in display order, with their times. Only this module reads videos.
 
 A file is decoded from its first frame on, without seeking: seeking lands on the wrong frame in many
-real files. Times are the container's presentation times. An image is the 8-bit luminance, in which
+real files. Times are the container's presentation times; where its clock is coarse, those of the
+announced rate that it rounds. An image is the 8-bit luminance, in which
 markers are detected, rotated as the file's rotation flag asks.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
+from mocap.video.info import VideoInfo
 from mocap.video.times import Timing, TimingMonitor
 
 Image: TypeAlias = NDArray[np.uint8]
@@ -36,47 +39,9 @@ PIXELS_OF_ANY_FILE = 1e9
 """A film of a camera has a byte for a thousand pixels or so; what has hardly any was made to fill
 the memory or the day of who opens it. Short clips of flat pictures are let through."""
 
-# A file that holds fewer frames than it announces by more than this share was cut short.
-TRUNCATED_SHARE = 0.1
-
 
 class VideoError(DrinksimError):
     """A video that cannot be used."""
-
-
-@dataclass(frozen=True)
-class VideoInfo:
-    """Picture format of a file.
-
-    Attributes
-    ----------
-    path
-        The file.
-    width, height
-        Size of the displayed picture, px.
-    codec
-        Name of the codec.
-    declared_frames
-        Number of frames that the container announces; 0 if it announces none.
-    declared_rate
-        Frame rate that the container announces, frames/s; 0 if it announces none.
-    rotation_deg
-        Rotation of the stored picture for display, counter-clockwise, degrees.
-    pixel_aspect
-        Width of a pixel over its height.
-    interlaced
-        Whether the file declares its pictures as interlaced.
-    """
-
-    path: Path
-    width: int
-    height: int
-    codec: str
-    declared_frames: int
-    declared_rate: float
-    rotation_deg: int
-    pixel_aspect: float
-    interlaced: bool
 
 
 @dataclass(frozen=True)
@@ -128,6 +93,9 @@ class Video:
         self._monitor = TimingMonitor()
         self._key_frames: set[int] = set()
         self._frames_in_file: int | None = None
+        self._missing_s: float | None = None
+        self._unshown: list[int] = []
+        self._interval_s = 0.0
 
     @property
     def key_frames(self) -> frozenset[int]:
@@ -137,12 +105,19 @@ class Video:
     @property
     def timing(self) -> Timing:
         """Timing of the frames read so far: missing, repeated, blended and interlaced frames."""
-        return replace(self._monitor.timing(), frames_in_file=self._frames_in_file)
+        return replace(
+            self._monitor.timing(),
+            frames_in_file=self._frames_in_file,
+            missing_s=self._missing_s,
+            unshown=tuple(self._unshown),
+        )
 
-    @property
-    def announced_frames(self) -> int:
-        """Number of frames that the file announces, each field counted as one; 0 if none."""
-        return self.info.declared_frames * (2 if self.info.interlaced else 1)
+    def share(self, end_s: float | None = None) -> float:
+        """Return the share of the film until ``end_s`` that is decoded; 0 if no end is known."""
+        announced = self.info.declared_end_s or np.inf
+        whole = min(np.inf if end_s is None else end_s, announced) - self._first_time
+        done = self._last_time - self._first_time
+        return float(np.clip(done / whole, 0.0, 1.0)) if 0 < whole < np.inf else 0.0
 
     def frames(
         self, *, start_s: float | None = None, end_s: float | None = None
@@ -156,31 +131,38 @@ class Video:
         """
         self._monitor = TimingMonitor()
         self._key_frames.clear()
+        self._unshown.clear()
         self.decoded = 0
-        self._frames_in_file = None
+        self._frames_in_file = self._missing_s = None
         first = self._first_time
         stretch = self._time_stretch()
-        used, last = 0, -np.inf
+        used, last, even_s = 0, -np.inf, -np.inf
         for index, shown_s, picture in self._decoded_pictures():
             self.decoded = index + 1
             if start_s is not None and shown_s < start_s - 1e-9:
                 continue
             if end_s is not None and shown_s > end_s + 1e-9:
                 break
+            if abs(shown_s - last) < 0.5 * self.info.tick_s:
+                self._unshown.append(index)
+                continue
             if shown_s <= last:
                 raise VideoError(
                     f"{self.path}: frame {index} is shown at {shown_s:.6f} s, not after the "
-                    f"previous frame ({last:.6f} s): write the file again with increasing times"
+                    f"previous frame ({last:.6f} s): write the file again with increasing "
+                    f"times{self._or_before(last)}"
                 )
             last = shown_s
-            frame = self._frame(index, first + (shown_s - first) * stretch, picture)
+            even_s = self.info.even_time(shown_s, first, even_s)
+            frame = self._frame(index, first + (even_s - first) * stretch, picture)
             self._monitor.see(index, frame.time_s, frame.image)
             if picture.key_frame:
                 self._key_frames.add(index)
             used += 1
             yield frame
         else:
-            self._check_complete()
+            self._missing_s = self.info.missing_s(self._last_time, self._interval_s)
+            self._check_complete(self._missing_s)
             self._frames_in_file = self.decoded
         if used == 0:
             asked = [f"--start {start_s:g}"] if start_s is not None else []
@@ -227,6 +209,8 @@ class Video:
                 width, height, aspect = height, width, 1 / aspect
             self._first_time = float(picture.time or 0.0)
             self._last_time = self._first_time
+            self._timed = picture.time is not None
+            duration = stream.duration * stream.time_base if stream.duration else 0
             return VideoInfo(
                 path=self.path,
                 width=width,
@@ -237,6 +221,8 @@ class Video:
                 rotation_deg=turned,
                 pixel_aspect=aspect,
                 interlaced=bool(picture.interlaced_frame),
+                declared_end_s=float(duration or (container.duration or 0) / av.time_base),
+                tick_s=float(stream.time_base or 0),
             )
 
     def _opened(self) -> Any:
@@ -335,15 +321,13 @@ class Video:
                             f"{self.path}: unfolds to more than {most:.1e} pixels until frame "
                             f"{index}, which no film of its size does: write it anew"
                         )
-                    shown = picture.time
-                    if shown is None:
-                        shown = index / (self.fps or 1.0)
-                    self._last_time = float(shown)
-                    yield index, float(shown), picture
+                    shown = float(picture.time) if self._timed else index / (self.fps or 1.0)
+                    self._interval_s, self._last_time = shown - self._last_time, shown
+                    yield index, shown, picture
             except av.error.FFmpegError as error:
                 raise VideoError(
-                    f"{self.path}: cannot be decoded after frame {index} ({error.strerror}); use "
-                    f"--end {max(self._last_time, 0):.2f} or copy the file again"
+                    f"{self.path}: cannot be decoded after frame {index} ({error.strerror}); copy "
+                    f"the file again{self._or_before(self._last_time)}"
                 ) from None
 
     def _refuse_other_size(self, index: int, picture: Any) -> None:
@@ -354,22 +338,31 @@ class Video:
         if [picture.width, picture.height] != size:
             raise VideoError(
                 f"{self.path}: frame {index} is {picture.width} x {picture.height} px, the frames "
-                f"before it {size[0]} x {size[1]}: write the video anew in one size, or use --end"
+                f"before it {size[0]} x {size[1]}: write the video anew in one "
+                f"size{self._or_before(self._last_time)}"
             )
 
-    def _check_complete(self) -> None:
-        """Raise VideoError if the file ends well before the number of frames it announces."""
-        declared = self.announced_frames
-        if self.decoded < (1 - TRUNCATED_SHARE) * declared:
+    def _check_complete(self, missing_s: float) -> None:
+        """Raise VideoError if the file ends well before the frames and the time it announces."""
+        if self.info.is_cut_short(self.decoded, missing_s):
             raise VideoError(
-                f"{self.path}: announces {declared} frames but ends after {self.decoded} "
-                f"({self._last_time:.2f} s): it was cut short; copy it again, or use "
-                f"--end {self._last_time - 1e-3:.2f}"
+                f"{self.path}: announces {self.info.announced_frames} frames but ends after "
+                f"{self.decoded} ({self._last_time:.2f} s): it was cut short; copy it "
+                f"again{self._or_before(self._last_time)}"
             )
+
+    def _or_before(self, time_s: float) -> str:
+        """Return the advice to end before a time, s; nothing where no two frames are before it.
+
+        The frame shown at that time is left out: reading ends with it, before what lies behind it.
+        """
+        end_s = math.ceil(1000 * time_s - 1e-6) / 1000 - 1e-3
+        before = end_s - self._first_time >= self._interval_s > 0
+        return f", or use --end {end_s:.3f}" if before else ""
 
     def _time_stretch(self) -> float:
         """Return seconds of real time per second on the file's clock."""
-        if self.fps is None:
+        if self.fps is None or not self._timed:
             return 1.0
         rate = self.info.declared_rate * (2 if self.info.interlaced else 1)
         return rate / self.fps if rate > 0 else 1.0

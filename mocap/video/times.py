@@ -71,6 +71,10 @@ class Timing:
         Frames that show two instants in alternate rows; empty unless the clip as a whole is combed.
     frames_in_file
         Number of frames in the file; None unless the file was read to its end.
+    missing_s
+        How much earlier than announced the file ends, s on its own clock; None likewise.
+    unshown
+        Frames that the file shows at the same time as the one before: they are left out.
     """
 
     frames: int
@@ -83,6 +87,8 @@ class Timing:
     dropped: tuple[tuple[int, int], ...]
     combed: tuple[int, ...]
     frames_in_file: int | None = None
+    missing_s: float | None = None
+    unshown: tuple[int, ...] = ()
 
     @property
     def distrusted(self) -> frozenset[int]:
@@ -114,6 +120,10 @@ class Timing:
                 "picture is interlaced and the file does not say so; the errors of moving markers "
                 "are larger than stated. Separate the fields first, for example with "
                 "'ffmpeg -i IN -vf bwdif=mode=send_field OUT.mp4'"
+            )
+        if self.unshown:
+            sentences.append(
+                f"{_counted(self.unshown, 'has', 'have')} the time of the frame before: left out"
             )
         if self.variable_rate:
             sentences.append("the frame rate varies: every frame's own time is used")

@@ -17,7 +17,7 @@ from mocap.motion.projection import PictureFormat
 from mocap.motion.scale import BodyScale
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.tracks import Tracks
-from mocap.video.frames import VideoInfo
+from mocap.video.info import VideoInfo
 from mocap.video.times import Timing
 
 
@@ -201,9 +201,7 @@ def _scale(scale: BodyScale) -> dict[str, Any]:
 def video_warnings(info: VideoInfo, timing: Timing) -> list[str]:
     """Return the warnings about a file and its frames, one sentence each."""
     warnings = timing.warnings()
-    held, announced = timing.frames_in_file, info.declared_frames
-    if held is not None and announced and not info.interlaced and held != announced:
-        warnings.append(f"the file announces {announced} frames and holds {held}: all are used")
+    warnings += _length_warnings(info, timing)
     if info.rotation_deg:
         warnings.append(f"the picture is rotated by {info.rotation_deg}°, as the file asks")
     if info.interlaced:
@@ -213,6 +211,21 @@ def video_warnings(info: VideoInfo, timing: Timing) -> list[str]:
             f"pixels are {info.pixel_aspect:.4g} times as wide as high: this is corrected"
         )
     return warnings
+
+
+def _length_warnings(info: VideoInfo, timing: Timing) -> list[str]:
+    """Return what a file announces and does not hold, or holds and does not announce."""
+    held, announced, missing = timing.frames_in_file, info.declared_frames, timing.missing_s
+    if held is None or missing is None or info.interlaced:
+        return []
+    if announced and held != announced and abs(missing) > 0.5 * timing.median_interval_s:
+        return [f"the file announces {announced} frames and holds {held}: all are used"]
+    if not announced and info.ends_early(missing):
+        return [
+            f"the file announces {info.declared_end_s:.2f} s and its pictures end "
+            f"{missing:.2f} s earlier: all are used; if it was cut short, copy it again"
+        ]
+    return []
 
 
 def _measurement_warnings(measured: Measurement, markers: MarkerFile) -> list[str]:

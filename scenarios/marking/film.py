@@ -83,8 +83,7 @@ class Film:
             self._pictures.append(picture)
             self.times_s.append(frame.time_s)
             self.frames.append(frame.index)
-            announced = video.info.declared_frames
-            progress(min(video.decoded / announced, 1.0) if announced else 0.0, "reading the film")
+            progress(video.share(self.end_s), "reading the film")
         self.timing, self.key_frames = video.timing, video.key_frames
 
     def picture(self, row: int) -> bytes | None:

@@ -162,3 +162,12 @@ def test_positions_of_a_part_are_those_of_the_whole() -> None:
 
 def test_a_marker_cut_off_by_the_border_is_not_guessed() -> None:
     assert fit_blob(drawn(2.0, 24.0), Blob(2, 24, 6, -150)) is None
+
+
+def test_a_few_bright_pixels_that_fix_no_ring_are_none() -> None:
+    picture = np.full((17, 17), 12, np.uint8)
+    for row, end in enumerate([10, 8, 8, 8, 7, 6, 4, 3]):
+        picture[row, :end] = 62
+    picture[[1, 7, 9, 10], [8, 7, 10, 14]] = 177, 216, 216, 216
+    for polarity in ("ring", "auto"):
+        assert detect(picture, polarity=polarity) == []
