@@ -26,6 +26,7 @@ def write_optimum(found: Optimum) -> None:
             "trial": trial.number,
             **rounded(trial.values),
             **found.measures(trial),
+            "mesh_doubt": trial.evaluation.mesh_doubt,
             "feasible": trial.evaluation.is_feasible,
             "best": trial in found.best,
         }

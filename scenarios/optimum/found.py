@@ -8,6 +8,7 @@ from typing import Any
 
 from geometry2d.neck import NeckSection, neck_section
 from scenarios.decision.messages import is_lower_gentler, meaning
+from scenarios.messages.lines import MESH_DOUBT
 from scenarios.optimum.search import Trial, Values
 from scenarios.optimum.settings import CLOSURES, OptimumSettings
 
@@ -79,6 +80,21 @@ def sign_of(measure: str) -> float:
     return 1.0 if is_lower_gentler(measure) else -1.0
 
 
+def mesh_sentence(found: Optimum) -> str | None:
+    """Return for which of the best necks the mesh is too coarse, if for any."""
+    doubts = {trial.number: trial.evaluation.mesh_doubt or 0.0 for trial in found.best}
+    rough = [number for number, doubt in doubts.items() if doubt > MESH_DOUBT]
+    if not rough:
+        return None
+    necks = "neck" if len(rough) == 1 else "necks"
+    return (
+        f"The mesh is too coarse for the highest pressure of {necks} "
+        f"{', '.join(map(str, rough))}: in one sip or more two measures of it differ by up to "
+        f"{100 * max(doubts.values()):.0f} %; replay the best on a finer one "
+        "(numerics.mesh.layer_mm) before you choose."
+    )
+
+
 def optimum_message(found: Optimum) -> str:
     """Return what a search found, in lines."""
     wanted = found.settings
@@ -96,4 +112,6 @@ def optimum_message(found: Optimum) -> str:
         )
         lines.append(f"  trial {trial.number}: {values}: {results}")
     lines.append("  " + "; ".join(f"{name}: {meaning(name)}" for name in wanted.objectives))
+    if (rough := mesh_sentence(found)) is not None:
+        lines.append(rough)
     return "\n".join(lines)

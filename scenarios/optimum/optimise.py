@@ -148,6 +148,7 @@ def _evaluated(
     return TrialResult(
         tuple(_mean(whole, name) * sign_of(name) for name in wanted.objectives),
         _violations(wanted, whole),
+        max((doubt for row in whole if (doubt := row["mesh_doubt"]) is not None), default=None),
     )
 
 

@@ -10,7 +10,14 @@ from scenarios.decision.messages import meaning
 from scenarios.decision.pair_section import LABELS
 from scenarios.decision.parts import Part, body, contents, figure
 from scenarios.optimum.figures import neck_figure, search_figure
-from scenarios.optimum.found import PAGE_FILE, TRIALS_FILE, Optimum, rounded, sign_of
+from scenarios.optimum.found import (
+    PAGE_FILE,
+    TRIALS_FILE,
+    Optimum,
+    mesh_sentence,
+    rounded,
+    sign_of,
+)
 from scenarios.optimum.search import Trial
 from scenarios.views.page.embedded import image
 from scenarios.views.page.hypertext import Markup, joined, page, tag
@@ -79,7 +86,10 @@ def _answer(found: Optimum) -> Part:
             f"{len(found.best)} of {len(found.trials)} necks are such that no other one is better "
             f"in all of: {'; '.join(meaning(name) for name in names)}."
         )
-    return Part.of("answer", "In a sentence", tag("p", tag("strong", said)))
+    parts = [tag("p", tag("strong", said))]
+    if (rough := mesh_sentence(found)) is not None:
+        parts.append(tag("p", rough, class_="warning"))
+    return Part.of("answer", "In a sentence", *parts)
 
 
 def _front(found: Optimum) -> Part:

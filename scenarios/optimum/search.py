@@ -26,7 +26,8 @@ JOURNAL_FILE = "journal.log"
 MOST_REJECTED = 50
 """Proposals in a row that may be impossible before a search gives up."""
 
-VIOLATIONS = "violations"
+VIOLATIONS, MESH_DOUBT = "violations", "mesh_doubt"
+"""What the journal keeps of a trial beside its objectives."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +40,13 @@ class TrialResult:
         The numbers that are to be small.
     violations
         By constraint, by how much it is missed; 0 or less where it holds.
+    mesh_doubt
+        By which share two measures of the highest pressure differ, in the panel's worst sip.
     """
 
     objectives: tuple[float, ...]
     violations: Mapping[str, float]
+    mesh_doubt: float | None = None
 
     @property
     def is_feasible(self) -> bool:
@@ -131,6 +135,7 @@ def searched(
             continue
         rejected = 0
         proposed.set_user_attr(VIOLATIONS, dict(found.violations))
+        proposed.set_user_attr(MESH_DOUBT, found.mesh_doubt)
         for name, value in found.violations.items():
             proposed.set_constraint(name, value)
         study.tell(proposed, list(found.objectives))
@@ -183,7 +188,11 @@ def _complete(study: Any, optuna: Any) -> list[Trial]:
         Trial(
             number,
             dict(trial.params),
-            TrialResult(tuple(map(float, trial.values)), dict(trial.user_attrs[VIOLATIONS])),
+            TrialResult(
+                tuple(map(float, trial.values)),
+                dict(trial.user_attrs[VIOLATIONS]),
+                trial.user_attrs.get(MESH_DOUBT),
+            ),
         )
         for number, trial in enumerate(found, start=1)
         if all(map(math.isfinite, trial.values))

@@ -41,7 +41,8 @@ def formula(task):
     neck = scenario_in(folder, task.scenario_toml).package.measurements
     value = 60 - 20 * neck.rim_radius_mm + 3 * (neck.land_mm - 2.0) ** 2
     measures = dict.fromkeys(MEASURES, value)
-    row = SipRow(STOPPED if neck.land_mm > 2.9 else WHOLE, "", 1.0, measures)
+    status = STOPPED if neck.land_mm > 2.9 else WHOLE
+    row = SipRow(status, "", 1.0, measures, mesh_doubt=0.01 * value)
     row.write(folder)
     return row
 
@@ -72,8 +73,14 @@ def test_the_best_neck_is_a_drawing_and_a_scenario(file, tmp_path):
     assert len(rows) == 10
     assert [row["best"] for row in rows].count("True") == 1
     assert HEADLINE in optimum_message(found)
+    pressed = best.evaluation.objectives[0]
+    assert float(rows[best.number - 1]["mesh_doubt"]) == pytest.approx(0.01 * pressed)
+    said = f"too coarse for the highest pressure of neck {best.number}:"
+    assert said in optimum_message(found)
+    assert f"up to {pressed:.0f} %" in optimum_message(found)
     page = (out / "optimum.html").read_text(encoding="utf-8")
     assert f"Neck {best.number} is best of 10" in page
+    assert said in page
     links = re.findall(r'href="(best/[^"]+)"', page)
     assert len(links) == 3
     assert all((out / link).is_file() for link in links)
