@@ -162,6 +162,15 @@ def listed(words: Sequence[str], most: int | None = None) -> str:
     return ", ".join([*shown, *(["…"] if len(words) > len(shown) else [])])
 
 
+def counted(count: int, one: str, many: str) -> str:
+    """Return a number with its noun.
+
+    >>> counted(1, "person", "people"), counted(12, "person", "people")
+    ('1 person', '12 people')
+    """
+    return f"{count} {one if count == 1 else many}"
+
+
 def quoted(text: str, most: int = SHOWN) -> str:
     r"""Return a file's text for a message: in quotes, on one line, shortened.
 

@@ -96,7 +96,7 @@ def _kept(neck: NamedNeck, out: Path) -> NamedNeck:
     drawing = Path(str(outline))
     if not drawing.is_file():
         raise StudyError(f"necks.list: no drawing {drawing}: check the path")
-    kept = out / INPUTS / f"{checksum(drawing)[:NAME_LENGTH]}{drawing.suffix.lower()}"
+    kept = out / INPUTS / checksum(drawing)[:NAME_LENGTH] / drawing.name
     if not kept.is_file():
         kept.parent.mkdir(parents=True, exist_ok=True)
         with file_at_once(kept) as partial:

@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
+from geometry2d.foundation.text import counted
 from scenarios.campaign.measures import HEADLINE, described
 from scenarios.campaign.plan import Plan
 from scenarios.campaign.table import Row
@@ -61,7 +62,7 @@ def headline(plan: Plan, rows: Sequence[Row]) -> str:
 def _of_one_neck(plan: Plan, whole: Sequence[Row], hand: str) -> str:
     values = np.array([row[HEADLINE] for row in whole], float)
     low, high = np.quantile(values, [0.05, 0.95])
-    sips = "1 sip" if values.size == 1 else f"{values.size} sips"
+    sips = counted(values.size, "sip", "sips")
     return (
         f"{hand[0].upper()}{hand[1:]}, {plan.necks[0].name} presses the lips with "
         f"{values.mean():.0f} kPa at most on average over {sips} (9 of 10: {low:.0f} to "
@@ -109,8 +110,7 @@ def pair_sentence(pair: PairedDifference) -> str:
 
 def _units(pair: PairedDifference) -> str:
     names = {"person": ("person", "people"), "draw": ("draw", "draws"), "sip": ("sip", "sips")}
-    one, many = names[pair.unit]
-    return f"{pair.count} {one if pair.count == 1 else many}"
+    return counted(pair.count, *names[pair.unit])
 
 
 def _ranking(plan: Plan, pairs: Sequence[PairedDifference]) -> str:

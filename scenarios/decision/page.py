@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from geometry2d.foundation.output import file_at_once
+from geometry2d.foundation.text import counted
 from scenarios.campaign.measures import HEADLINE
 from scenarios.campaign.plan import Plan
 from scenarios.campaign.sip import WHOLE
@@ -65,9 +66,10 @@ def write_page(result: StudyOutcome, out: Path) -> Path:
 def _header(result: StudyOutcome, parts: Sequence[Part]) -> Markup:
     plan = result.plan
     whole = len(result.rows) - len(result.failed)
-    people = f"{len(plan.people)} people" if plan.people else "the filmed person"
-    necks = "1 neck" if len(plan.necks) == 1 else f"{len(plan.necks)} necks"
-    said = f"{necks}, {people}, {len(result.rows)} sips, {whole} of them replayed to the end"
+    people = counted(len(plan.people), "person", "people") if plan.people else "the filmed person"
+    necks = counted(len(plan.necks), "neck", "necks")
+    sips = counted(len(result.rows), "sip", "sips")
+    said = f"{necks}, {people}, {sips}, {whole} of them replayed to the end"
     return tag(
         "header",
         tag("p", "drinksim study", class_="quiet"),

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from geometry2d.foundation.progress import Progress, ProgressOption, chosen_progress
+from geometry2d.foundation.text import counted
 from scenarios.campaign.engine import opened_engine
 from scenarios.campaign.plan import Plan, planned
 from scenarios.campaign.settings import StudySettings, read_study, study_from
@@ -141,10 +142,12 @@ def _file_name(name: str) -> str:
 def dry_run_message(found: DryRun, workers: int | None) -> str:
     """Return what a dry run found, in lines."""
     plan = found.plan
-    who = f"{len(plan.people)} people" if plan.people else "the filmed person"
+    who = counted(len(plan.people), "person", "people") if plan.people else "the filmed person"
+    necks = counted(len(plan.necks), "neck", "necks")
     rejected = sum(len(person.rejected) for person in plan.people)
     lines = [
-        f"{len(plan.cases)} sips: {len(plan.necks)} necks, {who}, {len(plan.films)} motions",
+        f"{counted(len(plan.cases), 'sip', 'sips')}: {necks}, {who}, "
+        f"{counted(len(plan.films), 'motion', 'motions')}",
         *(f"  varied: {each.about()}" for each in plan.settings.vary),
         f"about {duration(found.seconds)} with {max(workers or 1, 1)} at once, at "
         f"{plan.films[0].base.numerics.resolution} resolution",
@@ -158,7 +161,9 @@ def dry_run_message(found: DryRun, workers: int | None) -> str:
 def study_message(result: StudyOutcome) -> str:
     """Return what a study found, in lines."""
     failed = len(result.failed)
-    said = f"{len(result.rows)} sips" + (f", {failed} of them failed" if failed else "")
+    said = counted(len(result.rows), "sip", "sips") + (
+        f", {failed} of them failed" if failed else ""
+    )
     files = f"{result.folder}: study.html, results.parquet, results.csv; {said}"
     lines = [files, headline(result.plan, result.rows), mesh_sentence(result.rows)]
     return "\n".join(line for line in lines if line is not None)

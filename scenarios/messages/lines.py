@@ -59,7 +59,7 @@ def placement_message(about: Mapping[str, Any]) -> str | None:
     package = about["shift_x_mm"], about["shift_y_mm"]
     lower_face = about["lower_face_x_mm"], about["lower_face_y_mm"]
     moved = [
-        f"{what} by ({x:+.1f}, {y:+.1f}) mm"
+        f"{what} by ({x:+z.1f}, {y:+z.1f}) mm"
         for what, (x, y) in (("the package", package), ("the lower face", lower_face))
         if x or y
     ]
@@ -83,8 +83,8 @@ def carried_message(about: Mapping[str, Any]) -> str | None:
     }[about["anchor"]]
     return (
         f"this neck was not filmed: its {held} is where the filmed neck's was, and its lower mark "
-        f"({along:+.1f}, {across:+.1f}) mm along and across the axis from the filmed one's; if it "
-        "was filmed, say so in [filmed]"
+        f"({along:+z.1f}, {across:+z.1f}) mm along and across the axis from the filmed one's; if "
+        "it was filmed, say so in [filmed]"
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from geometry2d.foundation.output import file_at_once
+from geometry2d.foundation.text import counted
 from geometry2d.neck import NECKS, neck_section
 from scenarios.decision.messages import meaning
 from scenarios.decision.pair_section import LABELS
@@ -61,14 +62,10 @@ def write_page(found: Optimum) -> Path:
 
 def _lead(found: Optimum) -> str:
     people = found.settings.study.people
-    who = "the filmed person" if people is None else _counted(people.count, "person", "people")
-    tried = _counted(len(found.trials), "neck", "necks")
+    who = "the filmed person" if people is None else counted(people.count, "person", "people")
+    tried = counted(len(found.trials), "neck", "necks")
     bounds = ", ".join(found.settings.bounds)
     return f"{bounds} of {found.settings.neck}, {tried} tried by {who}"
-
-
-def _counted(count: int, one: str, many: str) -> str:
-    return f"{count} {one if count == 1 else many}"
 
 
 def _answer(found: Optimum) -> Part:
