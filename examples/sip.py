@@ -2,8 +2,9 @@
 
     python sip.py
 
-The film is one of the library's; with your own, give its path and that of its marker file. Pictures
-and the page are written to the folder in which the script is started.
+The film is one of the library's, and `end_s` ends it when both lips are pressed; with your own,
+give its path and that of its marker file. Pictures and the page are written to the folder in which
+the script is started.
 """
 
 import matplotlib as mpl
@@ -13,7 +14,7 @@ import drinksim as ds
 mpl.use("agg")  # pictures go to files
 
 library = ds.load_scenario("A38-F")
-motion = ds.convert(library.recording.video, markers=library.recording.markers)
+motion = ds.convert(library.recording.video, markers=library.recording.markers, end_s=2.0)
 print(motion)
 
 scenario = library.with_(
@@ -26,12 +27,12 @@ print(solution.message)
 for lip in ("upper", "lower"):
     pressure = solution[f"{lip}_lip_window_kpa"]
     print(f"{lip} lip, highest mean pressure over 0.5 mm: {pressure.values.max():.0f} kPa,")
-    print(f"  and at 3 s: {pressure.at(3.0):.0f} kPa")
+    print(f"  and at 1.9 s: {pressure.at(1.9):.0f} kPa")
 
 axes = solution["upper_lip_window_kpa"].plot()
 solution["lower_lip_window_kpa"].plot(axes)
 axes.legend()
 axes.figure.savefig("pressure.png")
-solution.at(3.0).plot("von_mises").figure.savefig("section.png")
+solution.at(1.9).plot("von_mises").figure.savefig("section.png")
 print("pressure.png, section.png")
 print(ds.report([solution], "page.html"))

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import settings
 
 from tests.support.optional import recorded_file
+from tests.support.shared import made_once
 
 # Continuous integration draws the same examples every time; at a desk they are new ones.
 settings.register_profile("ci", derandomize=True, deadline=None)
@@ -19,3 +20,23 @@ if os.environ.get("CI"):
 def recorded() -> Callable[[str], Path]:
     """Return a recording that others made by its name; skips where it is absent."""
     return recorded_file
+
+
+@pytest.fixture(scope="session")
+def library_motion(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """Return the motion.csv of a library scenario's whole film by the scenario's name."""
+
+    def motion(name: str) -> Path:
+        from scenarios.settings.scenario import load_scenario
+        from scenarios.sip.run import convert_recording
+
+        recording = load_scenario(name).recording
+        assert recording is not None
+        folder = made_once(
+            tmp_path_factory.getbasetemp(),
+            f"motion of {name}",
+            lambda out: convert_recording(recording, out, progress=lambda share, what: None),
+        )
+        return folder / "motion.csv"
+
+    return motion

@@ -1,5 +1,6 @@
 """What a replay says does not depend on how the camera stood: the world turned gives the same."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,6 @@ from mocap.motion.motion import MarkedBody, Motion
 from scenarios.results.increment import Increment
 from scenarios.settings.scenario import load_scenario
 from scenarios.sip.replay import replay
-from scenarios.sip.run import convert_recording
 
 pytestmark = pytest.mark.slow
 
@@ -21,10 +21,8 @@ UP_TO_S = 1.6
 
 
 @pytest.fixture(scope="module")
-def motion(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    recording = load_scenario("A38-F").recording
-    out = tmp_path_factory.mktemp("frames") / "motion"
-    return convert_recording(recording, out, progress=lambda share, what: None).motion
+def motion(library_motion: Callable[[str], Path]) -> Path:
+    return library_motion("A38-F")
 
 
 def turned(motion: Path, angle_deg: float, folder: Path) -> Path:

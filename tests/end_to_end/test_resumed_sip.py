@@ -1,12 +1,12 @@
 """An interrupted replay goes on as if it had not been interrupted, in fields and in words."""
 
+from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mocap.convert import convert
 from scenarios.results.increment import Increment
 from scenarios.settings.scenario import Scenario, load_scenario
 from scenarios.sip.replay import Outcome, replay
@@ -15,12 +15,9 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
-    scenario = load_scenario("A38-F", ["numerics.resolution=coarse"])
-    assert scenario.recording is not None
-    out = tmp_path_factory.mktemp("converted") / "motion"
-    convert(Path(scenario.recording.video), Path(scenario.recording.markers), out=out)
-    return scenario.with_motion(out / "motion.csv")
+def scenario(library_motion: Callable[[str], Path]) -> Scenario:
+    coarse = load_scenario("A38-F", ["numerics.resolution=coarse"])
+    return coarse.with_motion(library_motion("A38-F"))
 
 
 def stopped(
@@ -38,10 +35,10 @@ def stopped(
 
 
 def test_resumed_replay_gives_the_same_bits_and_the_same_summary(scenario: Scenario):
-    whole, outcome = stopped(scenario, after=60)
-    first, _ = stopped(scenario, after=45)
-    rest, resumed = stopped(scenario, after=15, resume_from=first[-1])
-    assert len(rest) == 15
+    whole, outcome = stopped(scenario, after=40)
+    first, _ = stopped(scenario, after=28)
+    rest, resumed = stopped(scenario, after=12, resume_from=first[-1])
+    assert len(rest) == 12
     for one, other in zip(whole, [*first, *rest], strict=True):
         assert one.time_s == other.time_s
         assert one.history == other.history

@@ -1,7 +1,7 @@
 """A whole sip from the bundled recording's files, at coarse resolution: complete and believable."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 from pathlib import Path
 
@@ -14,9 +14,8 @@ from geometry2d.rigid import RigidPlacement, rotated
 from scenarios.cli.main import main
 from scenarios.results.increment import Increment
 from scenarios.results.solution import Snapshot, Solution
-from scenarios.settings.scenario import Scenario, load_scenario
+from scenarios.settings.scenario import load_scenario
 from scenarios.sip.replay import Prepared, prepared, replay
-from scenarios.sip.run import convert_recording
 
 pytestmark = pytest.mark.slow
 
@@ -81,16 +80,6 @@ def test_histories_do_not_jump(solution: Solution):
         assert change.max() < max(least, 0.25 * np.ptp(values)), name
 
 
-def converted(name: str, folder: Path, *settings: str) -> Scenario:
-    """A library scenario at coarse resolution, its motion taken from its recording."""
-    scenario = load_scenario(name, ["numerics.resolution=coarse", *settings])
-    assert scenario.recording is not None
-    conversion = convert_recording(
-        scenario.recording, folder / "motion", progress=lambda share, what: None
-    )
-    return scenario.with_motion(conversion.motion)
-
-
 def test_no_point_of_a_lip_lies_inside_neck_or_teeth(solution: Solution):
     """Nodes not at all, to 0.005 mm; edges between them no more than their parabolas must."""
     ready = prepared(solution.scenario)
@@ -100,8 +89,9 @@ def test_no_point_of_a_lip_lies_inside_neck_or_teeth(solution: Solution):
     )
 
 
-def test_no_point_of_a_pulled_lip_lies_inside_neck_or_teeth(tmp_path: Path):
-    scenario = converted("DC-AE", tmp_path)
+def test_no_point_of_a_pulled_lip_lies_inside_neck_or_teeth(library_motion: Callable[[str], Path]):
+    coarse = load_scenario("DC-AE", ["numerics.resolution=coarse"])
+    scenario = coarse.with_motion(library_motion("DC-AE"))
     ready = prepared(scenario)
     overlaps: list[list[tuple[str, float]]] = []
     outcome = replay(scenario, on_increment=lambda it: overlaps.append(list(_overlaps(ready, it))))
@@ -109,13 +99,16 @@ def test_no_point_of_a_pulled_lip_lies_inside_neck_or_teeth(tmp_path: Path):
     _check_overlaps(overlaps, outcome.about["largest_penetration_between_nodes_mm"])
 
 
-def test_a_lip_driven_against_the_teeth_folds_without_passing_through_itself(tmp_path: Path):
+def test_a_lip_driven_against_the_teeth_folds_without_passing_through_itself(
+    library_motion: Callable[[str], Path],
+):
     """With the neck 2 mm nearer the inner side folds between lip and jaw, within 2 mm of itself.
 
     Contact is felt between nodes: one may poke a little into an edge, for an instant; edges there
     are 0.6 mm long.
     """
-    scenario = converted("A38-F", tmp_path, "placement.shift_x_mm=-2")
+    nearer = ["numerics.resolution=coarse", "placement.shift_x_mm=-2"]
+    scenario = load_scenario("A38-F", nearer).with_motion(library_motion("A38-F"))
     ready = prepared(scenario)
     edges = ready.lips.free_edges("lower")[:, [0, 2, 1]]
     apart = np.abs(np.subtract.outer(np.arange(len(edges)), np.arange(len(edges)))) > 1

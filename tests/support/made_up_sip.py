@@ -48,19 +48,12 @@ def block(
 
 def edges_on(nodes: np.ndarray, triangles: np.ndarray, y: float, *, rightward: bool) -> np.ndarray:
     """Return (first, last, middle) of the edges along a horizontal line, in order."""
-    found = []
-    for element in triangles:
-        for first, last, middle in ((0, 1, 3), (1, 2, 4), (2, 0, 5)):
-            edge = element[[first, last, middle]]
-            if np.allclose(nodes[edge, 1], y):
-                order = (
-                    edge
-                    if (nodes[edge[1], 0] > nodes[edge[0], 0]) == rightward
-                    else edge[[1, 0, 2]]
-                )
-                found.append(order)
-    found.sort(key=lambda edge: nodes[edge[2], 0] * (1 if rightward else -1))
-    return np.array(found)
+    edges = triangles[:, [[0, 1, 3], [1, 2, 4], [2, 0, 5]]].reshape(-1, 3)
+    edges = edges[np.isclose(nodes[edges, 1], y).all(axis=1)]
+    backward = (nodes[edges[:, 1], 0] > nodes[edges[:, 0], 0]) != rightward
+    edges[backward] = edges[backward][:, [1, 0, 2]]
+    along = nodes[edges[:, 2], 0] * (1 if rightward else -1)
+    return edges[np.argsort(along, kind="stable")]
 
 
 def small_model() -> SectionModel:

@@ -50,7 +50,6 @@ def arguments(parser: Parser) -> None:
 
 def run(options: Namespace) -> int:
     """Do it and return the exit code."""
-    from scenarios.decision.doubt import doubt_message, doubt_study
     from scenarios.messages.closing import closing_message
     from scenarios.sip.run import NothingComputedError, solve
 
@@ -74,6 +73,8 @@ def run(options: Namespace) -> int:
     if options.verbose:
         print(f"solver: {solution.message}")
     if options.doubt is not None:
+        from scenarios.decision.doubt import doubt_message, doubt_study
+
         doubt_study(options.out, options.doubt, workers=options.workers, progress=True)
         print(doubt_message(options.out))
     stopped = f"{options.out} stopped at {solution.time_s[-1]:.2f} s: run.log there says why"

@@ -133,6 +133,7 @@ def test_the_depressor_that_is_found_lets_the_lip_reach_the_lowest_thread():
             "muscles.depressor=auto",
             "muscles.seen.lower_reach_mm=8.5",
             "muscles.seen.reach_time_s=1.5",
+            "numerics.activation_search.tolerance=0.01",
         ],
     )
     lips = Lips(scenario, script_of("A38-F").face(), scenario.package.section())
