@@ -137,7 +137,7 @@ class Head:
         worst = int(np.argmax(np.maximum(opening - high, low - opening)))
         if not low <= opening[worst] <= high:
             raise SettingError(
-                f"head.jaw_file = {self.jaw_file}: on head.jaw_opening_deg = "
+                f"head.jaw_file = {Path(self.jaw_file).name}: on head.jaw_opening_deg = "
                 f"{self.measurements.jaw_opening_deg:g}° its opening is {opening[worst]:.1f}° at "
                 f"{times[worst]:.2f} s, and a jaw opens by {low:g} to {high:g}°: give the opening "
                 "of its first frame"

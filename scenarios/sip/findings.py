@@ -338,7 +338,7 @@ def jaw_file_findings(head: Head) -> Iterator[Finding]:
         yield Finding(
             Severity.WARNING,
             "head.jaw_file",
-            f"in {head.jaw_file} the jaw turns by {turn:.1f}°, and its standard error is "
+            f"in {Path(head.jaw_file).name} the jaw turns by {turn:.1f}°, and its standard error is "
             f"{error:.1f}°, as skin slides over the bone: the film does not tell that it turns; "
             "leave the file out to keep it where it is",
         )

@@ -183,6 +183,7 @@ def test_a_turn_within_its_error_is_odd(tmp_path):
     head = load_scenario("A38-F", [f"head.jaw_file={file}"]).head
     (finding,) = jaw_file_findings(head)
     assert finding.severity is Severity.WARNING
+    assert str(finding).startswith("head.jaw_file: in jaw.csv the jaw turns by")
     assert "its standard error is 6.0°" in str(finding)
     assert re.search(r"turns by (2\.[89]|3\.0)°", str(finding))
 
