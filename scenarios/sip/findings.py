@@ -338,8 +338,8 @@ def jaw_file_findings(head: Head) -> Iterator[Finding]:
         yield Finding(
             Severity.WARNING,
             "head.jaw_file",
-            f"in {Path(head.jaw_file).name} the jaw turns by {turn:.1f}°, and its standard error is "
-            f"{error:.1f}°, as skin slides over the bone: the film does not tell that it turns; "
+            f"in {Path(head.jaw_file).name} the jaw turns by {turn:.1f}°, and its standard error "
+            f"is {error:.1f}°, as skin slides over the bone: the film does not tell that it turns; "
             "leave the file out to keep it where it is",
         )
 
