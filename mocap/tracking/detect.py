@@ -31,6 +31,7 @@ from mocap.tracking.fit import (
     centre_covariance,
     fit_disc,
 )
+from mocap.video.channels import GREY
 
 Image: TypeAlias = NDArray[np.uint8]
 Array: TypeAlias = NDArray[np.float64]
@@ -65,6 +66,8 @@ class Detection:
         Whether the marker is a ring.
     parameters
         (11,) parameters of the model, from which the fit of the next frame starts.
+    channel
+        What the marker is seen in: grey levels or a colour contrast.
     """
 
     x: float
@@ -76,6 +79,7 @@ class Detection:
     misfit: float
     ring: bool
     parameters: Array
+    channel: str = GREY
 
     @property
     def sigma_px(self) -> float:

@@ -84,7 +84,7 @@ def follow(
         if dots:
             if tracker is None:
                 tracker = _started(frame, markers, guides)
-            tracker.process(frame.index, frame.time_s, frame.image, guides=guides)
+            tracker.process(frame.index, frame.time_s, frame.picture, guides=guides)
         if stickers.names:
             stickers.process(frame.time_s, frame.image)
         if progress is not None:
@@ -123,7 +123,7 @@ def _at_hand(frame: Frame, at: tuple[float, float], polarity: str) -> Detection:
     Its look is then that of no marker, so that nothing is taken for it before a spot is seen at a
     position set by hand.
     """
-    found = fit_near(frame.image, at, polarity, None)
+    found = fit_near(frame.picture, at, polarity, None)
     if found is not None and math.hypot(found.x - at[0], found.y - at[1]) < found.radius:
         return found
     return unseen_at(at)
@@ -189,14 +189,14 @@ def _started(frame: Frame, markers: MarkerFile, guides: dict[str, Guide]) -> Tra
     for name in by_hand:
         del placed[name]
     rest = replace(markers, positions_px=placed)
-    starts = by_hand | locate_markers(frame.image, rest, frame.index, taken=by_hand)
+    starts = by_hand | locate_markers(frame.picture, rest, frame.index, taken=by_hand)
     starts = {name: starts[name] for name in markers.names if name in starts}
     return Tracker(
         starts=starts,
         bodies=markers.bodies,
         picture=(frame.image.shape[0], frame.image.shape[1]),
         polarity=markers.polarity,
-        fit_near=lambda image, at, appearance: fit_near(image, at, markers.polarity, appearance),
+        fit_near=lambda shown, at, look: fit_near(shown, at, markers.polarity, look),
     )
 
 

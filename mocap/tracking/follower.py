@@ -81,6 +81,7 @@ class Follower:
         looks = (self.appearance, self.clean)
         return (
             found.ring == self.appearance.ring
+            and found.channel == self.appearance.channel
             and any(
                 sizes[0] < found.radius / look.radius < sizes[1]
                 and contrasts[0] < found.contrast / look.contrast < contrasts[1]
@@ -98,6 +99,7 @@ class Follower:
         assert self.clean is not None
         return (
             found.ring == self.clean.ring
+            and found.channel == self.clean.channel
             and SIZE_RANGE[0] < found.radius / self.clean.radius < SIZE_RANGE[1]
             and CONTRAST_RANGE[0] < found.contrast / self.clean.contrast < UNVEILED_CONTRAST
             and found.misfit < UNVEILED_MISFIT * self.clean.misfit

@@ -13,7 +13,6 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +22,7 @@ from mocap.tracking.follower import LEAST_GATE_PX, Follower
 from mocap.tracking.kalman import KalmanState
 from mocap.tracking.refind import LostMarker, MarkerVectors, overlap, reidentified
 from mocap.tracking.tracks import Tracks
-
-Image: TypeAlias = NDArray[np.uint8]
+from mocap.video.channels import Pixels
 
 # Standard deviation of the acceleration, picture heights per s².
 ACCELERATION = 9.0
@@ -103,7 +101,7 @@ class Tracker:
     bodies: Mapping[str, tuple[str, ...]]
     picture: tuple[int, int]
     polarity: str
-    fit_near: Callable[[Image, tuple[float, float], Detection | None], Detection | None]
+    fit_near: Callable[[Pixels, tuple[float, float], Detection | None], Detection | None]
     _followers: dict[str, Follower] = field(default_factory=dict)
     _vectors: dict[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
     _rows: dict[str, list[tuple[float, float, float, str]]] = field(default_factory=dict)
@@ -124,7 +122,7 @@ class Tracker:
         self,
         index: int,
         time_s: float,
-        image: Image,
+        shown: Pixels,
         *,
         guides: Mapping[str, Guide] = MappingProxyType({}),
     ) -> None:
@@ -134,8 +132,8 @@ class Tracker:
         ----------
         index, time_s
             Number of the frame and its time, s.
-        image
-            (height, width) grey levels.
+        shown
+            The frame's picture.
         guides
             Positions set by hand, by marker; they replace the search.
         """
@@ -145,11 +143,11 @@ class Tracker:
         self._frames.append(index)
         self._times.append(time_s)
         evidence = {
-            name: self._given(self._followers[name], guide, image)
+            name: self._given(self._followers[name], guide, shown)
             for name, guide in guides.items()
             if guide.position_px is not None and name in self._followers
         }
-        found = self._found(image, guides, evidence) if len(guides) < len(self._followers) else {}
+        found = self._found(shown, guides, evidence) if len(guides) < len(self._followers) else {}
         self._record_vectors(evidence | found)
         for name, follower in self._followers.items():
             guide, detection = guides.get(name), found.get(name)
@@ -188,7 +186,7 @@ class Tracker:
                 self._vectors[one, other] = vector
                 self._vectors[other, one] = (-vector[0], -vector[1])
 
-    def _given(self, follower: Follower, guide: Guide, image: Image) -> Detection:
+    def _given(self, follower: Follower, guide: Guide, shown: Pixels) -> Detection:
         """Return the spot at a position from a table; where none is seen, the look it had before.
 
         A position set by hand may show the marker in a new look, any other one only its own.
@@ -199,11 +197,11 @@ class Tracker:
         x, y = guide.position_px
         found = None
         if guide.status == "fixed":
-            found = self.fit_near(image, (x, y), follower.appearance)
+            found = self.fit_near(shown, (x, y), follower.appearance)
         else:
             start = follower.appearance.parameters.copy()
             start[:2] = x, y
-            found = refit(image, start, ring=follower.appearance.ring)
+            found = _refitted(shown, follower.appearance, start)
             if found is not None and not follower.resembles(found):
                 found = None
         if found is not None and math.hypot(found.x - x, found.y - y) < found.radius:
@@ -246,7 +244,7 @@ class Tracker:
         )
 
     def _found(
-        self, image: Image, guides: Mapping[str, Guide], evidence: Mapping[str, Detection]
+        self, shown: Pixels, guides: Mapping[str, Guide], evidence: Mapping[str, Detection]
     ) -> dict[str, Detection]:
         """Return the markers detected in a picture: near their predictions, then by search.
 
@@ -256,19 +254,19 @@ class Tracker:
         found: dict[str, Detection] = {}
         for name, follower in self._followers.items():
             if follower.missing == 0 and name not in guides:
-                near = self._near_prediction(image, follower)
+                near = self._near_prediction(shown, follower)
                 if near is not None:
                     found[name] = near
         found = _each_once(found, self._followers, evidence)
         missing = [f for name, f in self._followers.items() if name not in (*found, *guides)]
         if missing:
-            found |= self._searched(image, missing, {**evidence, **found})
+            found |= self._searched(shown, missing, {**evidence, **found})
         return found
 
-    def _near_prediction(self, image: Image, follower: Follower) -> Detection | None:
+    def _near_prediction(self, shown: Pixels, follower: Follower) -> Detection | None:
         start = follower.appearance.parameters.copy()
         start[:2] = follower.kalman.state[:2]
-        found = refit(image, start, ring=follower.appearance.ring)
+        found = _refitted(shown, follower.appearance, start)
         if found is None or not (follower.resembles(found) or follower.unveiled(found)):
             return None
         away = math.hypot(*(np.array([found.x, found.y]) - follower.kalman.state[:2]))
@@ -279,7 +277,7 @@ class Tracker:
         return WIDEST_SEARCH * self.picture[1]
 
     def _searched(
-        self, image: Image, missing: list[Follower], found: Mapping[str, Detection]
+        self, shown: Pixels, missing: list[Follower], found: Mapping[str, Detection]
     ) -> dict[str, Detection]:
         """Return the lost markers that are identified among all spots within their gates."""
         lost = []
@@ -288,7 +286,7 @@ class Tracker:
             gate = follower.gate_px(self._limit)
             spots = [
                 spot
-                for spot in self._candidates(image, expected, gate, follower)
+                for spot in self._candidates(shown, expected, gate, follower)
                 if follower.resembles(spot, RETURN_SIZE, RETURN_CONTRAST)
             ]
             dropout_s = self._times[-1] - follower.seen_s
@@ -299,10 +297,10 @@ class Tracker:
         return reidentified(lost, found, bodies, MarkerVectors(self._vectors))
 
     def _candidates(
-        self, image: Image, at: tuple[float, float], gate: float, follower: Follower
+        self, shown: Pixels, at: tuple[float, float], gate: float, follower: Follower
     ) -> list[Detection]:
         margin = gate + 3 * follower.appearance.radius + 6
-        height, width = image.shape
+        height, width = shown.shape
         left, right = max(int(at[0] - margin), 0), min(int(at[0] + margin) + 1, width)
         top, bottom = max(int(at[1] - margin), 0), min(int(at[1] + margin) + 1, height)
         if right - left < 12 or bottom - top < 12:
@@ -310,7 +308,10 @@ class Tracker:
         polarity = "dark" if follower.appearance.contrast < 0 else "light"
         if follower.appearance.ring:
             polarity = "ring"
-        return detect(image[top:bottom, left:right], polarity=polarity, offset=(left, top))
+        channel = follower.appearance.channel
+        part = shown.seen_in(channel)[top:bottom, left:right]
+        found = detect(part, polarity=polarity, offset=(left, top))
+        return [replace(spot, channel=channel) for spot in found]
 
     def _expected(self, follower: Follower, found: Mapping[str, Detection]) -> tuple[float, float]:
         """Return the expected position, px; detected markers of its body carry a lost one along."""
@@ -326,6 +327,12 @@ class Tracker:
             [[d.x - f.kalman.state[0], d.y - f.kalman.state[1]] for f, d in mates], axis=0
         )
         return x + float(shift[0]), y + float(shift[1])
+
+
+def _refitted(shown: Pixels, look: Detection, start: NDArray[np.float64]) -> Detection | None:
+    """Return the marker fitted from starting parameters, in what it was seen in before."""
+    found = refit(shown.seen_in(look.channel), start, ring=look.ring)
+    return None if found is None else replace(found, channel=look.channel)
 
 
 def _each_once(

@@ -4,28 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mocap.tracking.detect import Blob, Detection, detect, fit_blob
 from mocap.tracking.errors import TrackingError
 from mocap.tracking.layout import assign_layout
 from mocap.tracking.markers import MarkerFile
-
-Image: TypeAlias = NDArray[np.uint8]
+from mocap.video.channels import COLOURS, GREY, Pixels
 
 # Largest error of a rough position, as a share of the picture's longer side, and its least value.
 ROUGH_SHARE = 0.035
 LEAST_SEARCH_PX = 25.0
 # Difference of the brightest and the darkest grey level below which a picture shows nothing.
 BLACK_RANGE = 16
+# Least contrast of a spot seen in colour: that of a clearly coloured sticker, not of skin.
+LEAST_COLOUR = 25.0
+# Largest radius of such a spot over the picture's longer side: lips and thumbs are larger.
+COLOUR_RADIUS_SHARE = 0.02
 
 
 def locate_markers(
-    image: Image,
+    shown: Pixels,
     markers: MarkerFile,
     frame: int,
     *,
@@ -35,8 +37,8 @@ def locate_markers(
 
     Parameters
     ----------
-    image
-        (height, width) grey levels of the first used frame.
+    shown
+        The picture of the first used frame.
     markers
         Names and rough positions. Markers without a position are located by the usual layout of
         face and package.
@@ -51,7 +53,7 @@ def locate_markers(
         If a position lies off the picture, if no marker is near it, or if the layout does not
         identify the markers.
     """
-    spread = float(np.percentile(image, 99.9)) - float(np.percentile(image, 0.1))
+    spread = float(np.percentile(shown.grey, 99.9)) - float(np.percentile(shown.grey, 0.1))
     if spread < BLACK_RANGE:
         raise TrackingError(
             f"frame {frame} shows nothing (brightness differs by {spread:.0f} of 255 grey levels): "
@@ -59,30 +61,36 @@ def locate_markers(
         )
     given = {name: at for name, at in markers.positions_px.items() if at is not None}
     for name, at in given.items():
-        _check_inside(name, at, image)
-    found = _near_positions(image, given, markers.polarity, frame, taken)
+        _check_inside(name, at, shown)
+    found = _near_positions(shown, given, markers.polarity, frame, taken)
     sought = [name for name in markers.names if name not in found]
     if sought:
-        everything = detect(image, polarity=markers.polarity)
+        everything = detect(shown.grey, polarity=markers.polarity)
         found |= assign_layout(everything, {**taken, **found}, sought, markers, frame)
     return {name: found[name] for name in markers.names}
 
 
 def fit_near(
-    image: Image, at: tuple[float, float], polarity: str, appearance: Detection | None
+    shown: Pixels, at: tuple[float, float], polarity: str, appearance: Detection | None
 ) -> Detection | None:
-    """Return the marker nearest to a position set by hand, px; None if there is none."""
+    """Return the marker nearest to a position set by hand, px; None if there is none.
+
+    What was seen in grey levels before is looked for in grey levels only: a thumb has a colour.
+    """
     if appearance is not None and math.isfinite(appearance.contrast):
         blob = Blob(at[0], at[1], appearance.radius, appearance.contrast)
-        found = fit_blob(image, blob, ring=appearance.ring)
+        seen = shown.seen_in(appearance.channel)
+        found = fit_blob(seen, blob, ring=appearance.ring)
         if found is not None and math.hypot(found.x - at[0], found.y - at[1]) < appearance.radius:
-            return found
-    near = _candidates(image, at, polarity)
+            return replace(found, channel=appearance.channel)
+        if appearance.channel == GREY:
+            shown = Pixels(shown.grey)
+    near = _candidates(shown, at, polarity)
     return min(near, key=lambda d: math.hypot(d.x - at[0], d.y - at[1]), default=None)
 
 
-def _check_inside(name: str, at: tuple[float, float], image: Image) -> None:
-    height, width = image.shape
+def _check_inside(name: str, at: tuple[float, float], shown: Pixels) -> None:
+    height, width = shown.shape
     if not (0 <= at[0] <= width - 1 and 0 <= at[1] <= height - 1):
         raise TrackingError(
             f"[markers] {name} = [{at[0]:g}, {at[1]:g}] lies off the picture of {width} x {height} "
@@ -91,17 +99,17 @@ def _check_inside(name: str, at: tuple[float, float], image: Image) -> None:
 
 
 def _near_positions(
-    image: Image,
+    shown: Pixels,
     given: Mapping[str, tuple[float, float]],
     polarity: str,
     frame: int,
     known: Mapping[str, Detection],
 ) -> dict[str, Detection]:
     """Return the spot of each rough position; no spot is used twice."""
-    search = _search_px(image)
+    search = _search_px(shown)
     choices = []
     for name, at in given.items():
-        for spot in _candidates(image, at, polarity):
+        for spot in _candidates(shown, at, polarity):
             away = math.hypot(spot.x - at[0], spot.y - at[1])
             if away <= search:
                 # Of two spots about as near, the one of higher contrast is taken.
@@ -116,7 +124,8 @@ def _near_positions(
             found[name] = spot
     for name, at in given.items():
         if name not in found:
-            kind = {"auto": "dark or light spot", "ring": "ring"}.get(polarity, f"{polarity} spot")
+            kinds = {"auto": "dark, light or coloured spot", "ring": "ring"}
+            kind = kinds.get(polarity, f"{polarity} spot")
             raise TrackingError(
                 f"{name}: no {kind} of its own within {search:.0f} px of [{at[0]:g}, {at[1]:g}] in "
                 f"frame {frame}; correct its position in the marker file, or start with --start at "
@@ -125,13 +134,44 @@ def _near_positions(
     return found
 
 
-def _candidates(image: Image, at: tuple[float, float], polarity: str) -> list[Detection]:
-    """Return the spots around a position."""
-    reach = 2 * _search_px(image)
+def _candidates(shown: Pixels, at: tuple[float, float], polarity: str) -> list[Detection]:
+    """Return the spots around a position: in grey levels, or in the colour that shows it best.
+
+    Colours are looked at only where no spot in grey levels covers the position and one in colour
+    does, or where there is none in grey levels at all. What has a grey spot on it is the patch of a
+    dot.
+    """
+    reach = 2 * _search_px(shown)
+    grey = _spots(shown, GREY, at, reach, polarity)
+    if polarity != "auto" or shown.colour is None or any(_covers(spot, at) for spot in grey):
+        return grey
+    coloured = [
+        spot
+        for channel in COLOURS
+        for spot in _spots(shown, channel, at, reach, polarity)
+        if abs(spot.contrast) >= LEAST_COLOUR
+        and spot.radius <= COLOUR_RADIUS_SHARE * max(shown.shape)
+        and not any(_covers(spot, (dot.x, dot.y)) for dot in grey)
+    ]
+    covering = [spot for spot in coloured if _covers(spot, at)]
+    if covering:
+        return [min(covering, key=lambda spot: spot.sigma_px)]
+    return grey or coloured
+
+
+def _spots(
+    shown: Pixels, channel: str, at: tuple[float, float], reach: float, polarity: str
+) -> list[Detection]:
+    """Return the spots within a square around a position, as they are seen in a channel."""
     left, top = max(int(at[0] - reach), 0), max(int(at[1] - reach), 0)
-    part = image[top : int(at[1] + reach) + 1, left : int(at[0] + reach) + 1]
-    return detect(part, polarity=polarity, offset=(left, top))
+    part = shown.seen_in(channel)[top : int(at[1] + reach) + 1, left : int(at[0] + reach) + 1]
+    found = detect(part, polarity=polarity, offset=(left, top))
+    return [replace(spot, channel=channel) for spot in found]
 
 
-def _search_px(image: Image) -> float:
-    return max(ROUGH_SHARE * float(max(image.shape)), LEAST_SEARCH_PX)
+def _covers(spot: Detection, at: tuple[float, float]) -> bool:
+    return math.hypot(spot.x - at[0], spot.y - at[1]) <= spot.radius
+
+
+def _search_px(shown: Pixels) -> float:
+    return max(ROUGH_SHARE * float(max(shown.shape)), LEAST_SEARCH_PX)

@@ -21,7 +21,8 @@ from mocap.tracking.link import SAME_PLACE_PX, Guide, Tracker
 from mocap.tracking.locate import fit_near
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.tracks import Tracks
-from mocap.video.frames import Frame, Image, Video
+from mocap.video.channels import Pixels
+from mocap.video.frames import Frame, Video
 
 FRAMES_ALIKE = 5
 """The pass ends after so many frames in a row in which it finds what was found before."""
@@ -94,7 +95,10 @@ def retrack(
             tracker = _started(frame, markers, draft.now, row)
         depends = draft.depends(row, markers)
         tracker.process(
-            frame.index, frame.time_s, frame.image, guides=dict(draft.guides(tracker, row, depends))
+            frame.index,
+            frame.time_s,
+            frame.picture,
+            guides=dict(draft.guides(tracker, row, depends)),
         )
         draft.record(tracker, row, depends)
         alike = alike + 1 if draft.finds_the_same(row) else 0
@@ -110,7 +114,7 @@ def _started(frame: Frame, markers: MarkerFile, tracks: Tracks, row: int) -> Tra
     """Return a tracker whose markers look as they do in this frame, where they are known."""
     followed = [name for name in tracks.names if name not in markers.coded]
     return Tracker(
-        starts={name: _look(frame.image, markers, tracks, name, row) for name in followed},
+        starts={name: _look(frame.picture, markers, tracks, name, row) for name in followed},
         bodies=markers.bodies,
         picture=(frame.image.shape[0], frame.image.shape[1]),
         polarity=markers.polarity,
@@ -120,11 +124,11 @@ def _started(frame: Frame, markers: MarkerFile, tracks: Tracks, row: int) -> Tra
 
 def _fitting(
     polarity: str,
-) -> Callable[[Image, tuple[float, float], Detection | None], Detection | None]:
-    return lambda image, at, appearance: fit_near(image, at, polarity, appearance)
+) -> Callable[[Pixels, tuple[float, float], Detection | None], Detection | None]:
+    return lambda shown, at, look: fit_near(shown, at, polarity, look)
 
 
-def _look(image: Image, markers: MarkerFile, tracks: Tracks, name: str, row: int) -> Detection:
+def _look(shown: Pixels, markers: MarkerFile, tracks: Tracks, name: str, row: int) -> Detection:
     """Return the spot of a marker in a frame, or a stand-in where none is known."""
     position, _ = tracks.of(name)
     if not tracks.known(name)[row]:
@@ -132,7 +136,7 @@ def _look(image: Image, markers: MarkerFile, tracks: Tracks, name: str, row: int
         at = position[known[np.abs(known - row).argmin()]] if known.size else np.zeros(2)
         return unseen_at((float(at[0]), float(at[1])))
     x, y = (float(value) for value in position[row])
-    found = fit_near(image, (x, y), markers.polarity, None)
+    found = fit_near(shown, (x, y), markers.polarity, None)
     near = found is not None and math.hypot(found.x - x, found.y - y) < found.radius
     return found if found is not None and near else unseen_at((x, y))
 

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
+from mocap.video.channels import Pixels
 from mocap.video.info import VideoInfo
 from mocap.video.times import Timing, TimingMonitor
 
@@ -64,6 +65,11 @@ class Frame:
     time_s: float
     image: Image
     colour: Callable[[], Image]
+
+    @property
+    def picture(self) -> Pixels:
+        """The picture in grey levels, and in colour contrasts where these are looked at."""
+        return Pixels(self.image, self.colour)
 
 
 class Video:

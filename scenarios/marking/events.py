@@ -96,7 +96,7 @@ def _place(event: Event, state: MarkingState, film: Film, progress: Progress) ->
     marker, frame, at = event.text("marker"), event.frame(film), event.place(film)
     placed = PlacedPoint(at)
     if not event.flag("free"):
-        placed = placed_at(film.luminance(frame), at, state.marking.polarity)
+        placed = placed_at(film.shown(frame), at, state.marking.polarity)
     marking = state.marking.with_marker(marker, frame, placed)
     correction = Correction(marker, frame, placed.at, placed.sigma_px)
     return corrected(state, film, correction, marking, progress)
@@ -119,8 +119,8 @@ def _suggest(event: Event, state: MarkingState, film: Film, progress: Progress) 
         raise MarkingError("give the distance of the package's marks first: sizes follow from it")
     if not sought:
         return state
-    image = film.luminance(marking.first_frame)
-    found = named_by_layout(image, marking.marker_file(film.path), sought, marking.first_frame)
+    shown = film.shown(marking.first_frame)
+    found = named_by_layout(shown, marking.marker_file(film.path), sought, marking.first_frame)
     if not found:
         raise MarkingError("the layout of the spots leaves doubts: click on each marker")
     for name, placed in found.items():
@@ -211,10 +211,10 @@ CHANGES: Mapping[str, Callable[[Event, MarkingState, Film, Progress], MarkingSta
 
 def with_spots(film: Film, marking: Marking) -> Marking:
     """Return a marking whose rough positions in the first frame lie on the spots they mean."""
-    image = film.luminance(marking.first_frame)
+    shown = film.shown(marking.first_frame)
     for name, places in marking.placed.items():
         rough = places.get(marking.first_frame)
         if rough is not None and rough.look is None:
-            placed = placed_at(image, rough.at, marking.polarity)
+            placed = placed_at(shown, rough.at, marking.polarity)
             marking = marking.with_marker(name, marking.first_frame, placed)
     return marking

@@ -15,6 +15,7 @@ import numpy as np
 
 from geometry2d.foundation.progress import Progress
 from mocap.motion.projection import PictureFormat
+from mocap.video.channels import Pixels
 from mocap.video.frames import Image, Video
 from mocap.video.times import Timing
 from scenarios.marking.pointing import MarkingError
@@ -49,13 +50,13 @@ class Film:
     timing: Timing | None = field(default=None, init=False)
     key_frames: frozenset[int] = field(default=frozenset(), init=False)
     _pictures: list[bytes] = field(default_factory=list, init=False)
-    _luminance: Callable[[int], Image] = field(init=False)
+    _shown: Callable[[int], Pixels] = field(init=False)
 
     def __post_init__(self) -> None:
         info = self.video().info
         self.format = PictureFormat(info.width, info.height, info.pixel_aspect)
         self.info = info
-        self._luminance = lru_cache(KEPT_LUMINANCES)(self._decoded)
+        self._shown = lru_cache(KEPT_LUMINANCES)(self._decoded)
 
     def video(self) -> Video:
         """Return the video, to be decoded from its start."""
@@ -90,26 +91,26 @@ class Film:
         """Return a used frame as a JPEG; None if it is not read yet, or not there."""
         return self._pictures[row] if 0 <= row < len(self._pictures) else None
 
-    def luminance(self, frame: int) -> Image:
-        """Return (height, width) grey levels of a frame, by its number.
+    def shown(self, frame: int) -> Pixels:
+        """Return the picture of a frame, by its number.
 
         Raises
         ------
         MarkingError
             If the frame is not one of the used ones.
         """
-        return self._luminance(frame)
+        return self._shown(frame)
 
     def time_of(self) -> dict[int, float]:
         """Return the time of each used frame, s, by its number."""
         return dict(zip(self.frames, self.times_s, strict=True))
 
-    def _decoded(self, number: int) -> Image:
+    def _decoded(self, number: int) -> Pixels:
         if number not in self.frames:
             raise MarkingError(f"frame {number} is not used")
         for frame in self.video().frames(start_s=self.start_s, end_s=self.end_s):
             if frame.index == number:
-                return np.array(frame.image)
+                return Pixels(np.array(frame.image), frame.colour)
         raise MarkingError(f"frame {number} cannot be read again")
 
 

@@ -11,7 +11,7 @@ from mocap.tracking.fit import SHARPNESS
 from mocap.tracking.layout import assign_layout
 from mocap.tracking.locate import fit_near
 from mocap.tracking.markers import MarkerFile
-from mocap.video.frames import Image
+from mocap.video.channels import Pixels
 from scenarios.marking.pointing import PlacedPoint, Point, SpotLook
 
 REACH_PX = 6.0
@@ -20,16 +20,16 @@ REACH_PX = 6.0
 MOST_SPOTS = 60
 
 
-def spots_in(image: Image, polarity: str) -> list[PlacedPoint]:
+def spots_in(shown: Pixels, polarity: str) -> list[PlacedPoint]:
     """Return the spots of a picture that resemble markers, the clearest first."""
-    found = detect(image, polarity=polarity)
+    found = detect(shown.grey, polarity=polarity)
     found.sort(key=lambda spot: -abs(spot.contrast) / (1 + 20 * spot.misfit))
     return [placed_on(spot) for spot in found[:MOST_SPOTS]]
 
 
-def placed_at(image: Image, at: Point, polarity: str) -> PlacedPoint:
+def placed_at(shown: Pixels, at: Point, polarity: str) -> PlacedPoint:
     """Return the centre of the spot at a place, px; the place itself where there is none."""
-    spot = fit_near(image, at, polarity, None)
+    spot = fit_near(shown, at, polarity, None)
     if spot is None or math.dist((spot.x, spot.y), at) > spot.radius + REACH_PX:
         return PlacedPoint(at)
     return placed_on(spot)
@@ -43,14 +43,14 @@ def placed_on(spot: Detection) -> PlacedPoint:
 
 
 def named_by_layout(
-    image: Image, markers: MarkerFile, sought: Sequence[str], frame: int
+    shown: Pixels, markers: MarkerFile, sought: Sequence[str], frame: int
 ) -> dict[str, PlacedPoint]:
     """Return the spots that the usual layout of face and package names; empty if it is not sure.
 
     Parameters
     ----------
-    image
-        (height, width) grey levels.
+    shown
+        The picture.
     markers
         What is known so far: lengths, and positions of other markers.
     sought
@@ -61,11 +61,11 @@ def named_by_layout(
     known = {
         name: spot
         for name, at in markers.positions_px.items()
-        if at is not None and (spot := fit_near(image, at, markers.polarity, None)) is not None
+        if at is not None and (spot := fit_near(shown, at, markers.polarity, None)) is not None
     }
     try:
         found = assign_layout(
-            detect(image, polarity=markers.polarity), known, sought, markers, frame
+            detect(shown.grey, polarity=markers.polarity), known, sought, markers, frame
         )
     except TrackingError:
         return {}

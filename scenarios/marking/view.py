@@ -79,7 +79,7 @@ def page_spots(film: Film, frame: int, polarity: str) -> list[dict[str, float]]:
             "y": round(spot.at[1], 3),
             "radius": round(spot.look.radius_px, 2),
         }
-        for spot in spots_in(film.luminance(frame), polarity)
+        for spot in spots_in(film.shown(frame), polarity)
         if spot.look is not None
     ]
 

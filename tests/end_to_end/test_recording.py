@@ -242,7 +242,7 @@ def test_markers_are_told_by_their_layout_wherever_the_clip_starts(
         truth = {(int(row["frame"]), row["marker"]): row for row in csv.DictReader(handle)}
     for frame in Video(folder / "recording.mp4").frames():
         if frame.index % 40 == 0:
-            for marker, spot in locate_markers(frame.image, wanted, frame.index).items():
+            for marker, spot in locate_markers(frame.picture, wanted, frame.index).items():
                 row = truth[frame.index, marker]
                 apart = (spot.x - float(row["x_px"]), spot.y - float(row["y_px"]))
                 assert np.hypot(*apart) < 1.0, (frame.index, marker)
@@ -258,7 +258,7 @@ def test_bottles_without_markers_are_refused_wherever_the_clip_starts(
     for frame in Video(bottles).frames():
         if frame.index % 20 == 0:
             with pytest.raises(TrackingError, match=r"package_upper\)|for 4 markers"):
-                locate_markers(frame.image, wanted, frame.index)
+                locate_markers(frame.picture, wanted, frame.index)
     with pytest.raises(TrackingError) as caught:
         convert(bottles, markers, out=tmp_path / "out")
     assert "frame 0: 7 round spots were found" in str(caught.value)

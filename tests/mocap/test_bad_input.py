@@ -164,7 +164,10 @@ CASES: dict[str, tuple[Callable[[Path], Inputs], str]] = {
         lambda folder: rewritten(folder, [np.zeros((300, 480, 3), np.uint8)] * 14),
         r"frame 0 shows nothing",
     ),
-    "markers never visible": (never_visible, r"\w+: no dark or light spot of its own within"),
+    "markers never visible": (
+        never_visible,
+        r"\w+: no dark, light or coloured spot",
+    ),
     "no face and no package": (
         lambda folder: replace(never_visible(folder), markers=without_positions(folder).markers),
         r"frame 0: 0 round spots were found for 4 markers \(ear, nose, package_lower, ",

@@ -23,6 +23,7 @@ from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import MarkerFileError
 from mocap.tracking.noise import with_temporal_noise
 from mocap.tracking.tracks import Tracks, TracksError, read_tracks
+from mocap.video.channels import Pixels
 from mocap.video.frames import Video
 from mocap.views.overlay import draw_frame
 from mocap.views.summary import depth_effect
@@ -200,7 +201,7 @@ def test_a_printed_carton_is_not_taken_for_markers(tmp_path: Path) -> None:
     image = cv2.GaussianBlur(image, (0, 0), 0.8)
     (tmp_path / "auto.toml").write_text('[scale]\npackage = 14.0\n[markers]\near = "auto"\n')
     with pytest.raises(TrackingError, match=r"none is clearly better: give the positions of ear"):
-        locate_markers(image, read_markers(tmp_path / "auto.toml"), 0)
+        locate_markers(Pixels(image), read_markers(tmp_path / "auto.toml"), 0)
 
 
 @pytest.mark.parametrize(
@@ -218,10 +219,10 @@ def test_a_lone_arrangement_is_taken_if_it_is_like_a_face(
     (tmp_path / "auto.toml").write_text('[scale]\npackage = 14.0\n[markers]\near = "auto"\n')
     wanted = read_markers(tmp_path / "auto.toml")
     if sure:
-        assert locate_markers(image, wanted, 0)["ear"].x == pytest.approx(100, abs=0.5)
+        assert locate_markers(Pixels(image), wanted, 0)["ear"].x == pytest.approx(100, abs=0.5)
     else:
         with pytest.raises(UnnamedSpotsError, match=r"are unlike one|no arrangement of them"):
-            locate_markers(image, wanted, 0)
+            locate_markers(Pixels(image), wanted, 0)
 
 
 @pytest.mark.slow
@@ -360,7 +361,7 @@ def test_bad_input_leaves_nothing_behind(tmp_path: Path) -> None:
     cases: list[tuple[Path, Path, type[ValueError], str]] = [
         (still, markers, TrackingError, "lies off the picture|shows nothing"),
         (video, off, TrackingError, r"ear = \[4000, 10\] lies off the picture of 480 x 300"),
-        (video, nothing, TrackingError, "ear: no dark or light spot of its own within"),
+        (video, nothing, TrackingError, "ear: no dark, light or coloured spot of its own within"),
         (video, same, MarkerFileError, "package_lower and package_upper coincide"),
     ]
     for film, file, error, words in cases:
