@@ -28,11 +28,13 @@ from mocap.formats.c3d import write_c3d
 from mocap.formats.exchange import read_positions
 from mocap.formats.marker_table import MarkerTable
 from mocap.formats.trc import write_trc
+from mocap.motion.jaw import JawOpening
 from mocap.motion.motion import Motion
 from mocap.tracking.marker_file import EXAMPLE, read_markers
 from mocap.tracking.tracks import Tracks
 from mocap.video.frames import Video
 from scenarios.recordings.script import LIBRARY, read_script
+from scenarios.settings.person import JAW_INTERVAL_S
 from scenarios.settings.scenario import load_scenario, resolved_toml
 from scenarios.studies.fit import Target
 from tests.support.foreign_files import KVA, deeplabcut_h5, sleap_h5
@@ -129,6 +131,13 @@ def motions(folder: Path) -> list[Path]:
     axes = "# head_axis_deg = 8.5;;\n# package_axis_deg = 121,5;;\n"
     sheet = f"\ufeffsep=;\n{axes}{elsewhere}\n"
     return [folder / "motion.csv", *written(folder, {"spreadsheet.csv": sheet})]
+
+
+def jaws(folder: Path) -> list[Path]:
+    opening = np.radians(np.linspace(0.0, 5.0, FRAMES))
+    times = np.arange(FRAMES) / 25
+    JawOpening(np.arange(FRAMES), times, opening, 0.1 * opening).write(folder / "jaw.csv")
+    return [folder / "jaw.csv"]
 
 
 def trc(folder: Path) -> list[Path]:
@@ -362,6 +371,10 @@ def _configuration(file: Path) -> object:
     return configuration_cards(str(file))
 
 
+def _jaw(file: Path) -> object:
+    return JawOpening.read(file).means(JAW_INTERVAL_S)
+
+
 def _film(file: Path) -> int:
     return sum(frame.colour().size for frame in Video(file).frames())
 
@@ -384,6 +397,7 @@ PARSERS = {
     "markers": Parser(read_markers, markers),
     "tracks": Parser(given_tracks, tracks),
     "motion": Parser(Motion.read, motions),
+    "jaw": Parser(_jaw, jaws),
     "trc": Parser(read_positions, trc),
     "c3d": Parser(read_positions, c3d),
     "bvh": Parser(read_positions, bvh),

@@ -92,15 +92,12 @@ class JawOpening:
         Noise from frame to frame is averaged; what a jaw does, it does more slowly. The first mean
         is that of the first frame alone, from which openings count.
         """
-        start, end = float(self.time_s[0]), float(self.time_s[-1])
-        count = max(1, int(np.ceil((end - start) / interval_s)))
-        times = np.linspace(start, end, count + 1)
-        nearest = np.abs(self.time_s[:, None] - times).argmin(axis=1)
-        nearest[0] = 0
-        kept = np.unique(nearest)
-        means = np.array([self.opening_rad[nearest == k].mean() for k in kept])
+        since = self.time_s - self.time_s[0]
+        step = since[-1] / max(1.0, np.ceil(since[-1] / interval_s)) or interval_s
+        nearest, bins = np.unique(np.rint(since / step), return_inverse=True)
+        means = np.bincount(bins, self.opening_rad) / np.bincount(bins)
         means[0] = self.opening_rad[0]
-        return times[kept], means
+        return self.time_s[0] + nearest * step, means
 
     def write(self, path: Path) -> None:
         """Write ``jaw.csv``, one row a frame, angles in degrees."""
