@@ -12,6 +12,7 @@ from mocap.motion.capture import Capture, capture
 from mocap.motion.coded import coded_bodies
 from mocap.motion.jaw import JAW, JawOpening
 from mocap.motion.motion import Motion
+from mocap.motion.perspective import Perspective
 from mocap.motion.phases import LipAtRim, lip_at_rim
 from mocap.motion.projection import PictureFormat, axis_px, corrected
 from mocap.motion.scale import BodyScale, body_scales, positions_mm
@@ -36,7 +37,10 @@ class Measurement:
     lip
         Position of the upper lip at the rim, None if the marker file has no ``[style]``.
     corrected_px, centre_px
-        (n, m, 2) corrected positions of the markers and (2,) of the camera's axis, px.
+        (n, m, 2) positions of the markers, corrected for lens and depth, and (2,) of the camera's
+        axis, px.
+    perspective
+        What is known of the depths of their marks.
     mirrored
         Whether left and right were exchanged, because the person faces left.
     """
@@ -47,6 +51,7 @@ class Measurement:
     lip: LipAtRim | None
     corrected_px: Array
     centre_px: Array
+    perspective: Perspective
     mirrored: bool = False
 
     @property
@@ -82,15 +87,18 @@ def measure(tracks: Tracks, markers: MarkerFile, picture: PictureFormat) -> Meas
     centre = corrected(axis_px(markers.lens, picture), markers, picture)
     coded = coded_bodies(tracks, markers, picture)
     of_stickers = {body: poses.scale for body, poses in coded.items()}
-    scales = body_scales(tracks, markers, flat, of_stickers)
+    perspective = Perspective.of(tracks, markers, flat, centre, picture)
+    flat = perspective.level(flat, tracks, markers, centre)
+    scales = body_scales(tracks, markers, flat, of_stickers, larger=perspective.larger)
+    perspective = perspective.checked(markers, scales)
     world = positions_mm(flat, tracks.names, markers, scales, centre)
     shown = _mirrored(tracks, picture) if mirrored else tracks
-    captured = capture(shown, markers, world, scales, coded)
+    captured = capture(shown, markers, world, scales, coded, perspective)
     if mirrored and captured.motion.picture is not None:
         scale = replace(captured.motion.picture, mirrored=True)
         captured = replace(captured, motion=replace(captured.motion, picture=scale))
     lip = _lip(captured, tracks, markers, scales, picture, centre)
-    return Measurement(tracks, scales, captured, lip, flat, centre, mirrored)
+    return Measurement(tracks, scales, captured, lip, flat, centre, perspective, mirrored)
 
 
 def faces_left(tracks: Tracks, markers: MarkerFile) -> bool:

@@ -23,6 +23,7 @@ from mocap.formats.exchange import read_positions
 from mocap.formats.marker_table import AXES, ExchangeError, MarkerTable, plane_positions
 from mocap.motion.capture import capture
 from mocap.motion.motion import Motion
+from mocap.motion.perspective import Perspective
 from mocap.motion.scale import BodyScale
 from mocap.motion.turning import Flattening
 from mocap.tracking.markers import unsaid_markers
@@ -151,7 +152,9 @@ def motion_in_plane(table: MarkerTable, options: PositionOptions) -> MotionInSpa
     }
     known = tracks.position_px / PX_PER_MM * [1.0, -1.0]
     in_mm = replace(tracks, sigma_px=tracks.sigma_px / PX_PER_MM)
-    motion = capture(in_mm, unsaid_markers("positions", bodies), known, scales, {}).motion
+    motion = capture(
+        in_mm, unsaid_markers("positions", bodies), known, scales, {}, Perspective({})
+    ).motion
     warnings += _across(table.in_mm(), options, columns[0], columns[lower])
     return MotionInSpace(replace(motion.rounded(), picture=None), tuple(warnings))
 

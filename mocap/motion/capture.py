@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from geometry2d.rigid import rotated
 from mocap.motion.coded import CodedBody, OutOfPlanePose, plane_poses, pose_known
 from mocap.motion.motion import MarkedBody, Motion
+from mocap.motion.perspective import Perspective
 from mocap.motion.picture import PictureScale
 from mocap.motion.poses import Poses, body_poses, carried_by_two, usable_rows
 from mocap.motion.scale import BodyScale
@@ -62,6 +63,7 @@ def capture(
     world_mm: Array,
     scales: Mapping[str, BodyScale],
     coded: Mapping[str, CodedBody],
+    perspective: Perspective,
 ) -> Capture:
     """Return the smoothed motion of both bodies and of the package seen from the head.
 
@@ -77,6 +79,8 @@ def capture(
         Scale of each body, for its standard error.
     coded
         Poses in space of the bodies that carry coded stickers.
+    perspective
+        What is known of the depths of the other bodies' marks.
     """
     known = {body: pose_known(poses.spatial, tracks.time_s) for body, poses in coded.items()}
     for body in (markers.reference, markers.moving):
@@ -95,6 +99,11 @@ def capture(
             pose, out_of_plane[body] = plane_poses(body, names, coded[body], time, rows)
         else:
             pose = _poses_of(body, names, tracks, world_mm, scales[body], rows)
+            pair = _first_two(pose, tracks, world_mm)
+            shared = perspective.shared_covariance(
+                body, pair, scales[body], rows, is_moving=body == markers.moving
+            )
+            pose = replace(pose, shared_covariance=shared)
         columns = [tracks.names.index(name) for name in pose.markers]
         same = repeats(tracks.position_px[rows][:, columns])
         poses[body] = pose
@@ -217,6 +226,18 @@ def _poses_of(
     columns = [tracks.names.index(name) for name in names]
     sigma = tracks.sigma_px[rows][:, columns] / scale.px_per_mm[rows, None]
     return body_poses(body, names, world_mm[rows][:, columns], sigma)
+
+
+def _first_two(pose: Poses, tracks: Tracks, world_mm: Array) -> Array:
+    """Return the places (n, 2, 2) of a body's first two marks, mm; twice the first if alone."""
+    first = pose.position_mm
+    if not pose.turns:
+        return np.stack([first, first], axis=1)
+    columns = [tracks.names.index(name) for name in pose.markers[:2]]
+    apart = np.hypot(*np.diff(world_mm[:, columns], axis=1)[:, 0].T)
+    direction = pose.axis_rad + pose.angle_rad
+    line = np.nanmedian(apart) * np.column_stack([np.cos(direction), np.sin(direction)])
+    return np.stack([first, first + line], axis=1)
 
 
 def _relative_sigma(

@@ -12,15 +12,21 @@ the other by (x − c)(1/m₁ − 1/m₂), the largest error of the thesis' meas
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.motion.errors import ScaleError
-from mocap.motion.turning import Cause, Flattening, flattening
+from mocap.motion.turning import (
+    CLEAR_CHANGE,
+    LEAST_TILT,
+    Cause,
+    Flattening,
+    MarkedPair,
+    with_shared_cause,
+)
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.tracks import Tracks
 
@@ -32,10 +38,9 @@ FORESHORTENED = 0.02
 LEAST_TURNED = 0.01
 # Highest degree of the polynomial in time of a scale.
 HIGHEST_DEGREE = 3
-# A scale is constant if it changes less than this share over the clip: more would add noise ...
+# A scale is constant if it changes less than this share over the clip, or less than CLEAR_CHANGE
+# standard errors of the fitted curve: more would add noise.
 LEAST_CHANGE = 0.003
-# ... or less than this many standard errors of the fitted curve.
-CLEAR_CHANGE = 8.0
 # Number of frames over which errors are correlated: the encoder copies blocks.
 CORRELATED_FRAMES = 8
 
@@ -59,6 +64,11 @@ class BodyScale:
         scale.
     flattening
         Regression of the dots' shape on their distance.
+    tilt_rad
+        (n,) turn out of the picture's plane by which the marks appear closer together, rad; empty
+        if there is none.
+    tilt_may_be_depth
+        Whether that may as well be a motion in depth.
     """
 
     px_per_mm: Array
@@ -68,6 +78,8 @@ class BodyScale:
     foreshortened: tuple[int, ...]
     enlarged: tuple[int, ...]
     flattening: Flattening
+    tilt_rad: Array = field(default_factory=lambda: np.empty(0))
+    tilt_may_be_depth: bool = False
 
 
 def body_scales(
@@ -75,6 +87,8 @@ def body_scales(
     markers: MarkerFile,
     flat: Array,
     coded: Mapping[str, BodyScale] = MappingProxyType({}),
+    *,
+    larger: float = 1.0,
 ) -> dict[str, BodyScale]:
     """Return the scale of every body from marks of known distance.
 
@@ -88,77 +102,71 @@ def body_scales(
         (n, m, 2) corrected marker positions, px.
     coded
         Scales of the bodies that carry coded stickers.
+    larger
+        How many times larger than the moving body the reference body appears, if it has no scale
+        of its own.
 
     Raises
     ------
     ScaleError
         If the marks of a pair coincide or are never detected together.
     """
-    own = {
-        body: _scale_of_pair(tracks, flat, markers.bodies[body][:2], length, markers, body)
-        for body, length in markers.scale_mm.items()
+    pairs = {
+        body: MarkedPair.of(tracks, flat, markers, body)
+        for body in markers.scale_mm
         if body not in coded
+    }
+    own = {
+        body: _scale_of_pair(pair, body) for body, pair in with_shared_cause(pairs).items()
     } | dict(coded)
     # Other bodies, such as the jaw, are about as deep as the reference body.
-    deep = own.get(markers.reference) or own[markers.moving]
+    deep = own.get(markers.reference)
+    if deep is None:
+        moving = own[markers.moving]
+        deep = replace(moving, px_per_mm=larger * moving.px_per_mm, tilt_rad=np.empty(0))
     return {body: own.get(body, deep) for body in markers.bodies}
 
 
-def _scale_of_pair(
-    tracks: Tracks,
-    flat: Array,
-    pair: tuple[str, ...],
-    length_mm: float,
-    markers: MarkerFile,
-    body: str,
-) -> BodyScale:
-    first, second = (tracks.names.index(name) for name in pair)
-    both = tracks.known(pair[0]) & tracks.known(pair[1])
-    if not both.any():
-        raise ScaleError(
-            f"{pair[0]} and {pair[1]} are never seen in the same frame, so {body} has no scale"
-        )
-    distance = np.hypot(*(flat[:, first] - flat[:, second]).T)
-    if np.median(distance[both]) < 4.0:
-        raise ScaleError(
-            f"{pair[0]} and {pair[1]} coincide ({np.median(distance[both]):.1f} px apart): one of "
-            "them has a wrong position in the marker file"
-        )
-    sigma = np.hypot(tracks.sigma_px[:, first], tracks.sigma_px[:, second])
-    time = tracks.time_s
-    fitted, fit_sigma = _slow_trend(time, distance, np.maximum(sigma, 1e-4), both)
-    change = float(np.ptp(fitted) / np.mean(fitted))
-    relative = np.hypot(
-        fit_sigma / float(np.mean(fitted)), markers.scale_sigma_mm[body] / length_mm
-    )
-    flat_dots = Flattening(np.nan, np.nan)
-    if tracks.ellipse is not None:
-        pair_at = [first, second]
-        flat_dots = flattening(
-            time[both], tracks.position_px[both][:, pair_at], tracks.ellipse[both][:, pair_at]
-        )
-    if flat_dots.cause is Cause.TURNING:
-        fitted, change = np.full_like(fitted, _unturned(distance, sigma, both, fitted.max())), 0.0
+def _scale_of_pair(pair: MarkedPair, body: str) -> BodyScale:
+    distance, sigma, seen = pair.distance_px, pair.sigma_px, pair.seen
+    fitted, fit_sigma = _slow_trend(pair.time_s, distance, np.maximum(sigma, 1e-4), seen)
+    relative = np.hypot(fit_sigma / float(np.mean(fitted)), pair.length_sigma_mm / pair.length_mm)
+    tilt = np.empty(0)
+    if pair.cause is Cause.TURNING:
+        turns = pair.changes()
+        start = pair.quick_px.max() if turns else fitted.max()
+        level = _unturned(distance, sigma, seen, start, LEAST_TILT if turns else LEAST_TURNED)
+        fitted = np.full_like(fitted, level)
+        tilt = pair.tilt(level) if turns else tilt
+    elif pair.cause is Cause.DEPTH and pair.changes(besides=fitted, least=LEAST_CHANGE):
+        fitted = pair.quick_px
+    elif pair.cause is Cause.UNKNOWN and pair.changes():
+        tilt = pair.tilt(pair.quick_px.max())
     differs = FORESHORTENED * fitted + 3 * sigma
     return BodyScale(
-        px_per_mm=fitted / length_mm,
+        px_per_mm=fitted / pair.length_mm,
         relative_sigma=float(relative),
         source=body,
-        change=change,
-        foreshortened=tuple(int(i) for i in np.flatnonzero(both & (distance < fitted - differs))),
-        enlarged=tuple(int(i) for i in np.flatnonzero(both & (distance > fitted + differs))),
-        flattening=flat_dots,
+        change=float(np.ptp(fitted) / np.mean(fitted)),
+        foreshortened=tuple(int(i) for i in np.flatnonzero(seen & (distance < fitted - differs))),
+        enlarged=tuple(int(i) for i in np.flatnonzero(seen & (distance > fitted + differs))),
+        flattening=pair.flattening,
+        tilt_rad=tilt,
+        tilt_may_be_depth=pair.cause is Cause.UNKNOWN,
     )
 
 
-def _unturned(distance: Array, sigma: Array, use: NDArray[np.bool_], start: float) -> float:
+def _unturned(
+    distance: Array, sigma: Array, use: NDArray[np.bool_], start: float, least: float
+) -> float:
     """Return the distance of a pair at its smallest rotation, px.
 
-    This is the weighted mean of the samples that are not clearly shorter, iterated from ``start``.
+    This is the weighted mean of the samples that are not shorter by clearly more than the share
+    ``least``, iterated from ``start``.
     """
     level = float(start)
     for _ in range(20):
-        kept = use & (distance > (1 - LEAST_TURNED) * level - 2 * sigma)
+        kept = use & (distance > (1 - least) * level - 2 * sigma)
         if not kept.any():
             break
         weight = 1 / np.maximum(sigma[kept], 1e-4) ** 2
@@ -196,7 +204,7 @@ def _slow_trend(
         inverse = np.linalg.pinv(scaled.T @ scaled) * misfit / freedom
         spread = float(np.sqrt(np.mean(np.einsum("ij,jk,ik->i", basis, inverse, basis))))
         score = count * float(np.log(misfit / count)) + (degree + 1) * float(np.log(count))
-        spread *= _inflation((distance[use] - basis[use] @ coefficients) * weight * robust)
+        spread *= inflation((distance[use] - basis[use] @ coefficients) * weight * robust)
         least = max(LEAST_CHANGE * float(np.mean(curve[use])), CLEAR_CHANGE * spread)
         if degree and np.ptp(curve[use]) < least:
             continue
@@ -206,8 +214,8 @@ def _slow_trend(
     return best[1], best[2]
 
 
-def _inflation(residual: Array) -> float:
-    """Return the factor by which correlation of the residual increases a mean's standard error."""
+def inflation(residual: Array) -> float:
+    """Return the factor by which correlation of a residual increases a mean's standard error."""
     total = float(residual @ residual)
     together = 0.0
     for lag in range(1, min(CORRELATED_FRAMES, residual.size - 1) + 1):

@@ -14,12 +14,18 @@ flattening on a curved neck.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+from mocap.motion.errors import ScaleError
+from mocap.motion.smooth import smoothed
+from mocap.tracking.markers import MarkerFile
+from mocap.tracking.tracks import Tracks
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -29,6 +35,17 @@ LEAST_FRAMES = 10
 MODEL_SIGMA = 0.1
 # Least distance of β from one half for a decision, in standard errors.
 CLEARLY = 2.0
+
+LEAST_TILT = 0.001
+"""A turn is looked for where the distance changes by this share at least (2.6°)."""
+
+CLEAR_CHANGE = 8.0
+"""A distance changes if it does by so many standard errors."""
+
+COINCIDE_PX = 4.0
+
+SAME_CHANGE = 0.4
+"""Changes of two bodies are one if their difference is below this share of them."""
 
 
 class Cause(Enum):
@@ -93,3 +110,126 @@ def flattening(time_s: Array, position_px: Array, ellipse: Array) -> Flattening:
     variance = float(left @ left) / (time.size - terms.shape[1])
     spread = variance * np.linalg.pinv(terms.T @ terms)[0, 0]
     return Flattening(float(coefficients[0]), float(np.sqrt(spread + MODEL_SIGMA**2)))
+
+
+@dataclass(frozen=True)
+class MarkedPair:
+    """The first two marks of a body.
+
+    Attributes
+    ----------
+    time_s
+        (n,) times of the frames, s.
+    distance_px, sigma_px
+        (n,) their apparent distance and its standard error, px.
+    seen
+        (n,) frames in which both are seen.
+    length_mm, length_sigma_mm
+        Their given distance and its standard error, mm.
+    flattening
+        Regression of the dots' shape on their distance.
+    cause
+        Why the distance changes.
+    quick_px, quick_sigma_px
+        (n,) the distance without noise, px, and its usual standard error.
+    """
+
+    time_s: Array
+    distance_px: Array
+    sigma_px: Array
+    seen: NDArray[np.bool_]
+    length_mm: float
+    length_sigma_mm: float
+    flattening: Flattening
+    cause: Cause
+    quick_px: Array
+    quick_sigma_px: float
+
+    @classmethod
+    def of(cls, tracks: Tracks, flat: Array, markers: MarkerFile, body: str) -> MarkedPair:
+        """Return the pair of a body whose distance the marker file gives.
+
+        Parameters
+        ----------
+        tracks, markers
+            Tracks and marker file.
+        flat
+            (n, m, 2) corrected marker positions, px.
+        body
+            The body.
+
+        Raises
+        ------
+        ScaleError
+            If the marks coincide or are never detected together.
+        """
+        pair = markers.bodies[body][:2]
+        columns = [tracks.names.index(name) for name in pair]
+        seen = tracks.known(pair[0]) & tracks.known(pair[1])
+        if not seen.any():
+            raise ScaleError(
+                f"{pair[0]} and {pair[1]} are never seen in the same frame, so {body} has no scale"
+            )
+        distance = np.hypot(*(flat[:, columns[0]] - flat[:, columns[1]]).T)
+        usual = float(np.median(distance[seen]))
+        if usual < COINCIDE_PX:
+            raise ScaleError(
+                f"{pair[0]} and {pair[1]} coincide ({usual:.1f} px apart): one of them has a wrong "
+                "position in the marker file"
+            )
+        sigma = np.hypot(*tracks.sigma_px[:, columns].T)
+        dots = Flattening(np.nan, np.nan)
+        if tracks.ellipse is not None:
+            dots = flattening(
+                tracks.time_s[seen],
+                tracks.position_px[seen][:, columns],
+                tracks.ellipse[seen][:, columns],
+            )
+        curve = smoothed(tracks.time_s[seen], distance[seen], np.maximum(sigma[seen], 1e-4))
+        known = not np.isnan(curve.cutoff_hz)
+        return cls(
+            time_s=tracks.time_s,
+            distance_px=distance,
+            sigma_px=sigma,
+            seen=seen,
+            length_mm=markers.scale_mm[body],
+            length_sigma_mm=markers.scale_sigma_mm[body],
+            flattening=dots,
+            cause=dots.cause,
+            quick_px=np.interp(tracks.time_s, tracks.time_s[seen], curve.values),
+            quick_sigma_px=float(np.median(curve.sigma)) if known else np.inf,
+        )
+
+    @property
+    def change(self) -> Array:
+        """Relative change (n,) of the distance without noise from its mean."""
+        return np.asarray(self.quick_px / self.quick_px.mean() - 1)
+
+    def changes(self, *, besides: Array | float = 0.0, least: float = LEAST_TILT) -> bool:
+        """Whether the distance clearly changes, by the share ``least`` at least.
+
+        ``besides`` (n,), px, is a change that is known already.
+        """
+        clear = max(least * float(np.mean(self.quick_px)), CLEAR_CHANGE * self.quick_sigma_px)
+        return bool(np.ptp(self.quick_px - besides) > clear)
+
+    def tilt(self, level_px: float) -> Array:
+        """Return the turn (n,) out of the plane, rad, that shortens the distance from a level."""
+        return np.asarray(np.arccos(np.clip(self.quick_px / level_px, 0.5, 1.0)))
+
+
+def with_shared_cause(pairs: Mapping[str, MarkedPair]) -> dict[str, MarkedPair]:
+    """Return pairs whose cause is told by another body where that changes in the same way.
+
+    Zoom and focus change the distances of all bodies by the same share. If the dots of one body
+    tell that its marks do not turn out of the plane, the other's do not either.
+    """
+    told = dict(pairs)
+    for body, pair in pairs.items():
+        for other in pairs.values():
+            if pair.cause is not Cause.UNKNOWN or other.cause is not Cause.DEPTH:
+                continue
+            apart = float(np.std(pair.change - other.change))
+            if pair.changes() and apart < SAME_CHANGE * float(np.std(other.change)):
+                told[body] = replace(pair, cause=Cause.DEPTH)
+    return told

@@ -15,6 +15,7 @@ from geometry2d.foundation.toml import read_toml, shown
 from mocap.stickers.codes import BAR_MM, CODED_MARKERS
 from mocap.tracking.markers import (
     DEFAULT_BODIES,
+    Depths,
     Intrinsics,
     MarkerFile,
     MarkerFileError,
@@ -26,7 +27,7 @@ from mocap.tracking.markers import (
 EXAMPLE = """\
 [scale]
 package = 14.0          # mm between the package's first two markers; required
-head = 104.3            # mm between ear and nose; optional: the head's own scale
+head = 104.3            # mm between ear and nose, parallel to the picture; optional
 # package_sigma = 0.05  # mm, standard error of a length above; optional (0), any body
 
 [markers]               # rough position (px) in the first used frame
@@ -62,6 +63,10 @@ jaw_front = [708.0, 434.0]   # optional, as is jaw_back
 # Coded stickers need neither position nor scale: write ear = "sticker". Measure the bar of their
 # sheet and give bar_mm = 100.0 (and bar_sigma_mm, its standard error) in a table [stickers].
 
+# Without [plane], a table [depth] may say in mm how far the camera is from the package's marks, and
+# how much nearer ear and nose are: camera = 1500, ear = 60, nose = 15, sigma = 5 (standard error of
+# each of these depths). The head then needs no [scale] head.
+
 # [recording]
 # rendered = true         # not filmed; stated wherever the recording is shown
 """
@@ -72,13 +77,16 @@ STICKER = "sticker"
 POLARITIES = ("auto", "dark", "light", "ring")
 LENS_KEYS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 STYLE_KEYS = ("upper_lip", "rim_lower", "rim_upper")
-TABLES = ("scale", "lens", "markers", "bodies", "tracking", "plane", "style", "stickers",
+TABLES = ("scale", "depth", "lens", "markers", "bodies", "tracking", "plane", "style", "stickers",
           "recording")  # fmt: skip
 OPTIONAL_MARKERS = frozenset(DEFAULT_BODIES["jaw"])
 
 MOST_MARKERS = 200
 LONGEST_NAME = 60
 """Bounds of what is followed in a video, and of a name that fits into a table and a picture."""
+
+NEAREST_MM, MOST_NEARER = 100.0, 0.5
+"""Least distance of a camera that sees a head, and the share of it by which a mark is nearer."""
 
 LISTED = 12
 """Names that a message lists at most."""
@@ -141,6 +149,7 @@ class _MarkerFileReader:
             rendered=self._rendered(),
             coded=coded,
             printed=self._printed(coded),
+            depth=self._depth(bodies[reference]),
         )
 
     def _bodies(self) -> tuple[dict[str, tuple[str, ...]], str, str]:
@@ -263,6 +272,35 @@ class _MarkerFileReader:
         if any(value < 0 for value in sigma.values()):
             raise self._error("[scale]: a standard error cannot be negative")
         return scale, sigma
+
+    def _depth(self, marks: tuple[str, ...]) -> Depths | None:
+        """Return the stated depths of marks of the reference body."""
+        table = self._table("depth")
+        if not table:
+            return None
+        if "plane" in self.data:
+            raise self._error("[depth] and [plane]: give one of them")
+        self._known("[depth]", table, ["camera", "sigma", *marks])
+        lacking = next((key for key in ("camera", *marks[:2]) if key not in table), None)
+        if lacking is not None:
+            raise self._error(f"[depth] lacks {lacking}: write '{lacking} = ' and the mm")
+        values = {key: self._number("depth", key) for key in table}
+        camera = values.pop("camera")
+        sigma = values.pop("sigma", Depths.sigma_mm)
+        if camera < NEAREST_MM:
+            raise self._error(
+                f"[depth] camera = {camera:g}: give the distance from the camera to the package in "
+                f"mm, {NEAREST_MM:g} or more"
+            )
+        for name, nearer in values.items():
+            if abs(nearer) > MOST_NEARER * camera:
+                raise self._error(
+                    f"[depth] {name} = {nearer:g}: give by how many mm {name} is nearer to the "
+                    f"camera than the package's marks; the camera is {camera:g} mm away"
+                )
+        if sigma < 0:
+            raise self._error("[depth]: a standard error cannot be negative")
+        return Depths(camera, values, sigma)
 
     def _positions(
         self, bodies: Mapping[str, tuple[str, ...]]

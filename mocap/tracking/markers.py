@@ -80,6 +80,29 @@ class PrintedStickers:
 
 
 @dataclass(frozen=True)
+class Depths:
+    """How far away the camera is, and marks nearer to it than the package's.
+
+    Attributes
+    ----------
+    camera_mm
+        Distance of the camera from the moving body's first two marks, mm, along its axis.
+    nearer_mm
+        By how much marks are nearer to the camera than those, mm.
+    sigma_mm
+        Standard error of each of these depths, mm.
+    """
+
+    camera_mm: float
+    nearer_mm: Mapping[str, float]
+    sigma_mm: float = 5.0
+
+    def known(self, pair: tuple[str, ...]) -> bool:
+        """Whether the depths of all these marks are stated."""
+        return all(name in self.nearer_mm for name in pair)
+
+
+@dataclass(frozen=True)
 class MarkerFile:
     """A checked marker file.
 
@@ -88,7 +111,8 @@ class MarkerFile:
     path
         The file.
     scale_mm, scale_sigma_mm
-        Distance between the first two markers of a body and its standard error, mm, by body.
+        Distance between the first two markers of a body as the camera sees it, parallel to the
+        picture, and its standard error, mm, by body.
     lens
         Camera constants.
     positions_px
@@ -107,6 +131,8 @@ class MarkerFile:
         Markers that are coded stickers.
     printed
         How these were printed.
+    depth
+        Stated depths of marks; None if there are none.
     """
 
     path: Path
@@ -123,6 +149,7 @@ class MarkerFile:
     rendered: bool
     coded: frozenset[str] = frozenset()
     printed: PrintedStickers = PrintedStickers()
+    depth: Depths | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

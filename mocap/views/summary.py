@@ -12,6 +12,7 @@ import numpy as np
 from geometry2d.rigid import rotated
 from mocap.measurement import Measurement
 from mocap.motion.capture import Capture
+from mocap.motion.perspective import UNKNOWN_DEPTH_MM, WELL_TOLD
 from mocap.motion.poses import Poses
 from mocap.motion.projection import PictureFormat
 from mocap.motion.scale import BodyScale
@@ -40,7 +41,7 @@ def summary(
     captured, motion = measured.capture, measured.motion
     depth = depth_effect(measured, markers)
     warnings = [*video_warnings(info, timing), *_measurement_warnings(measured, markers)]
-    warnings += depth.pop("warnings")
+    warnings += depth.pop("warnings") + depth_warnings(measured, markers)
     return {
         "command": "drinksim convert",
         "recording": {
@@ -139,12 +140,13 @@ def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
         away = from_axis[known] / package.px_per_mm[known, None]
         wrong = 0.01 * float(np.sqrt(np.mean(np.sum(away**2, axis=1))))
         report["error_per_percent_mm"] = wrong
-        if len(markers.bodies[markers.reference]) > 1 and markers.moving in markers.scale_mm:
+        many = len(markers.bodies[markers.reference]) > 1
+        if many and markers.moving in markers.scale_mm and markers.depth is None:
             report["warnings"] = [
                 f"[scale] {markers.reference} is not given: both bodies are assumed to be equally "
                 f"deep; for each percent by which {markers.reference} appears larger (15 mm "
-                f"nearer, at 1.5 m) positions are wrong by {wrong:.1f} mm, which is not in the "
-                "stated errors"
+                f"nearer, at 1.5 m) positions are wrong by {wrong:.1f} mm; {UNKNOWN_DEPTH_MM:g} mm "
+                "of depth are in the stated errors"
             ]
         return report
     displaced = from_axis * (1 / package.px_per_mm - 1 / head.px_per_mm)[:, None]
@@ -154,6 +156,44 @@ def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
         np.sqrt(np.mean(np.sum((displaced[known] - start) ** 2, axis=1)))
     )
     return report
+
+
+def depth_warnings(measured: Measurement, markers: MarkerFile) -> list[str]:
+    """Return what is said about the depths of the marks and turns out of the plane."""
+    known = measured.perspective
+    warnings = []
+    for body, ratio in known.ratios.items():
+        first, second = markers.bodies[body][:2]
+        if ratio.source == "film":
+            share = 100 * abs(math.expm1(ratio.log_ratio))
+            farther, nearer = (second, first) if ratio.log_ratio > 0 else (first, second)
+            warnings.append(
+                f"{body}: {farther} is {share:.1f} % farther from the camera than {nearer}, as the "
+                "film shows: this is corrected"
+            )
+        elif ratio.source == "assumed" and ratio.sigma >= WELL_TOLD:
+            warnings.append(
+                f"{body}: the film hardly tells whether {first} and {second} are equally far from "
+                "the camera: they are assumed to be, and the stated errors are larger for it; "
+                "give their depths in [depth]"
+            )
+    for body, scale in measured.scales.items():
+        if scale.source == body and scale.tilt_rad.size:
+            either = ", or moves in depth" if scale.tilt_may_be_depth else ""
+            warnings.append(
+                f"{body} turns out of the picture's plane by "
+                f"{math.degrees(float(scale.tilt_rad.max())):.0f}° or more{either}: the stated "
+                "errors are larger for it"
+            )
+    if known.behind:
+        warnings.append(
+            f"by [scale] {markers.reference} = {markers.scale_mm[markers.reference]:g} the "
+            f"{markers.reference} is {100 * known.behind:.0f} % farther from the camera than the "
+            f"{markers.moving}, though in a side view its marks are nearer: give their distance "
+            "parallel to the picture, not straight through space, or give [depth] instead; the "
+            "stated errors are larger for it"
+        )
+    return warnings
 
 
 def _other(pose: Poses, captured: Capture) -> dict[str, Any]:

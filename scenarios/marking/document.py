@@ -24,6 +24,7 @@ def marker_file_text(markers: MarkerFile) -> str:
     tables: dict[str, Mapping[str, object]] = {
         "recording": {"rendered": True} if markers.rendered else {},
         "scale": _scale(markers),
+        "depth": _depth(markers),
         "lens": {key: value for key, value in asdict(markers.lens).items()
                  if value != unknown[key]},
         "markers": _markers(markers),
@@ -104,6 +105,13 @@ def _scale(markers: MarkerFile) -> dict[str, object]:
         if markers.scale_sigma_mm[body]:
             table[f"{body}_sigma"] = round(float(markers.scale_sigma_mm[body]), LENGTH_DECIMALS)
     return table
+
+
+def _depth(markers: MarkerFile) -> dict[str, object]:
+    depth = markers.depth
+    if depth is None:
+        return {}
+    return {"camera": depth.camera_mm, "sigma": depth.sigma_mm, **depth.nearer_mm}
 
 
 def _markers(markers: MarkerFile) -> dict[str, object]:

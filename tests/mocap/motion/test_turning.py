@@ -147,11 +147,14 @@ def test_a_package_that_turns_slowly_is_not_followed_as_depth(tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_a_package_that_comes_nearer_for_a_moment_is_not_said_to_turn(tmp_path: Path) -> None:
-    found, about, _ = measured(tmp_path, growth=for_a_while(0.06, 0.4, 1.2))
+    growth = for_a_while(0.06, 0.4, 1.2)
+    found, about, _ = measured(tmp_path, growth=growth)
     scale = found.scales["package"]
-    assert scale.enlarged and not scale.foreshortened
     assert scale.flattening.cause is Cause.DEPTH
-    assert "too far apart" in about and "motion in depth" in about
+    assert not scale.enlarged and not scale.foreshortened and not scale.tilt_rad.size
+    true = 1.9 * np.array([1 + growth(k / 25) for k in range(40)])
+    np.testing.assert_allclose(scale.px_per_mm, true, rtol=0.012)
+    assert "followed as depth" in about and "motion in depth" in about
 
 
 @pytest.mark.slow

@@ -1,0 +1,134 @@
+"""Marks at other depths than assumed, and turns out of the plane: corrected, or in the errors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap.measurement import Measurement, measure
+from mocap.tracking.marker_file import read_markers
+from mocap.tracking.markers import MarkerFile, MarkerFileError
+from mocap.tracking.noise import with_temporal_noise
+from mocap.views.summary import depth_effect, depth_warnings
+from tests.support.solid_bodies import SolidSip
+
+PROJECTED = float(np.hypot(*SolidSip.nose))
+
+
+def marker_file(folder: Path, head: float | None = PROJECTED, more: str = "") -> MarkerFile:
+    path = folder / "markers.toml"
+    scale = "" if head is None else f"head = {head}\n"
+    path.write_text(f"[scale]\npackage = {SolidSip.apart}\n{scale}{more}\n[markers]\n")
+    return read_markers(path)
+
+
+def measured(sip: SolidSip, markers: MarkerFile) -> tuple[Measurement, str]:
+    tracks = with_temporal_noise(sip.tracks(), bodies=markers.rigid_bodies).interpolated()
+    found = measure(tracks, markers, sip.picture)
+    said = depth_effect(found, markers)["warnings"] + depth_warnings(found, markers)
+    return found, " | ".join(said)
+
+
+def errors(sip: SolidSip, found: Measurement) -> tuple[float, float]:
+    """RMS error of a coordinate, mm, and the least share of frames within 3σ of x, y and angle."""
+    place, angle = sip.truth()
+    off = np.column_stack([found.motion.relative_mm - place, found.motion.relative_rad - angle])
+    within = np.abs(off[1:]) <= 3 * found.motion.sigma[1:]
+    return float(np.sqrt(np.mean(off[:, :2] ** 2))), float(within.mean(axis=0).min())
+
+
+@pytest.mark.parametrize(("ear", "nose"), [(60.0, 0.0), (70.0, 20.0), (-40.0, 0.0)])
+def test_an_ear_nearer_than_the_nose_is_told_by_the_film(
+    tmp_path: Path, ear: float, nose: float
+) -> None:
+    sip = SolidSip(ear_nearer=ear, nose_nearer=nose)
+    found, said = measured(sip, marker_file(tmp_path))
+    off, within = errors(sip, found)
+    assert off < 0.15
+    assert within > 0.95
+    told = found.perspective.ratios["head"]
+    true = np.log((sip.distance - nose) / (sip.distance - ear))
+    assert told.source == "film" and told.log_ratio == pytest.approx(true, abs=3 * told.sigma)
+    assert f"head: {'nose' if ear > nose else 'ear'} is" in said and "this is corrected" in said
+
+
+def test_marks_at_one_depth_change_nothing(tmp_path: Path) -> None:
+    for seed in range(8):
+        found, said = measured(SolidSip(seed=seed), marker_file(tmp_path))
+        assert {ratio.log_ratio for ratio in found.perspective.ratios.values()} == {0.0}
+        assert all(not scale.tilt_rad.size for scale in found.scales.values())
+        assert not said
+        off, within = errors(SolidSip(seed=seed), found)
+        assert off < 0.15
+        assert within > 0.95
+        assert np.median(found.motion.sigma[:, :2]) < 0.1
+
+
+def test_a_head_at_rest_does_not_tell_depths_and_its_errors_say_so(tmp_path: Path) -> None:
+    sip = SolidSip(ear_nearer=50.0, nod=0.0, sway=0.1)
+    found, said = measured(sip, marker_file(tmp_path))
+    off, within = errors(sip, found)
+    assert off < 0.5
+    assert within > 0.95
+    assert 0.3 < np.median(found.motion.sigma[:, 0]) < 3.0
+    assert "hardly tells whether ear and nose are equally far" in said
+
+
+def test_stated_depths_need_no_distance_of_ear_and_nose(tmp_path: Path) -> None:
+    sip = SolidSip(ear_nearer=65.0, nose_nearer=15.0)
+    depth = "[depth]\ncamera = 1530\near = 62\nnose = 17\n"
+    found, said = measured(sip, marker_file(tmp_path, None, depth))
+    off, within = errors(sip, found)
+    assert off < 0.5
+    assert within > 0.95
+    assert not said
+    blind, _ = measured(sip, marker_file(tmp_path, None))
+    assert errors(sip, blind)[0] > 2.0
+    assert errors(sip, blind)[1] > 0.95
+
+
+def test_a_distance_through_space_is_told_from_one_in_the_picture(tmp_path: Path) -> None:
+    """Callipers on ear and nose measure 120 mm where the camera sees 104: 20 mm of error."""
+    sip = SolidSip(ear_nearer=60.0)
+    straight = float(np.hypot(PROJECTED, 60.0))
+    found, said = measured(sip, marker_file(tmp_path, straight))
+    off, within = errors(sip, found)
+    assert off > 5.0
+    assert within > 0.95
+    assert "parallel to the picture, not straight through space" in said
+
+
+@pytest.mark.parametrize("yaw", [10.0, -10.0])
+def test_a_turn_out_of_the_plane_is_in_the_errors(tmp_path: Path, yaw: float) -> None:
+    sip = SolidSip(head_yaw=yaw, package_yaw=yaw, distance=700.0, focal=1500.0)
+    found, said = measured(sip, marker_file(tmp_path))
+    off, within = errors(sip, found)
+    assert off > 0.3
+    assert within > 0.95
+    assert "turns out of the picture's plane" in said
+
+
+def test_a_focus_that_breathes_is_followed(tmp_path: Path) -> None:
+    sip = SolidSip(zoom=0.015)
+    found, _ = measured(sip, marker_file(tmp_path))
+    off, within = errors(sip, found)
+    assert off < 0.15
+    assert within > 0.95
+
+
+@pytest.mark.parametrize(
+    ("depth", "words"),
+    [
+        ("camera = 1500\near = 50", "lacks nose"),
+        ("ear = 50\nnose = 10", "lacks camera"),
+        ("camera = 15\near = 50\nnose = 10", "camera = 15"),
+        ("camera = 1500\near = 900\nnose = 10", "ear = 900"),
+        ("camera = 1500\near = 50\nnose = 10\nsigma = -1", "negative"),
+        ("camera = 1500\near = 50\nnose = 10\nchin = 1", "no key 'chin'"),
+    ],
+)
+def test_depths_that_make_no_sense_are_refused(tmp_path: Path, depth: str, words: str) -> None:
+    with pytest.raises(MarkerFileError, match=words):
+        marker_file(tmp_path, more=f"[depth]\n{depth}\n")
