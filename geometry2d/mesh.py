@@ -39,6 +39,9 @@ class MeshSize:
         Largest edge length anywhere, mm.
     gradation
         Growth of the edge length per mm of distance from the focus.
+    neck_reach_mm
+        The focus is that part of the lips which a neck comes so near to on its path, mm; None for
+        all of the lip's margin. Who knows the path narrows the section's focus.
     """
 
     contact_mm: float = setting(
@@ -53,6 +56,13 @@ class MeshSize:
         unit="mm/mm",
         above=0.0,
         description="growth of the edge length per mm of distance from the margin",
+    )
+    neck_reach_mm: float | None = setting(
+        default=None,
+        unit="mm",
+        above=0.0,
+        description="the mesh is finest only where the neck comes so near to the lips at rest; "
+        "without it, all along the lip's margin",
     )
 
     def __post_init__(self) -> None:

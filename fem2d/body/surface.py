@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -99,8 +99,7 @@ class Surface:
                 *NODAL_RULES[self.edges.shape[1]], self.between_nodes
             )
         else:
-            local, local_weight = np.polynomial.legendre.leggauss(self.points_per_edge)
-            local, local_weight = 0.5 * (local + 1), 0.5 * local_weight
+            local, local_weight = _gauss_rule(self.points_per_edge)
             between = np.zeros(self.points_per_edge, np.bool_)
         shape, slope = edge_shapes(self.edges.shape[1], local)
         speed = np.linalg.norm(np.einsum("qk,mkc->mqc", slope, self.nodes[self.edges]), axis=-1)
@@ -178,6 +177,13 @@ class Surface:
         block = np.swapaxes(weighted, 1, 2) @ pairs
         ordered: Array = block.reshape(count, 2, 2, nodes, nodes).transpose(0, 3, 1, 4, 2)
         return ordered.reshape(count, 2 * nodes, 2 * nodes)
+
+
+@cache
+def _gauss_rule(points: int) -> tuple[Array, Array]:
+    """Return places (q,) and weights (q,) of Gauss's rule on an edge from 0 to 1."""
+    local, weight = np.polynomial.legendre.leggauss(points)
+    return 0.5 * (local + 1), 0.5 * weight
 
 
 def _with_points_between(

@@ -14,6 +14,7 @@ from fem2d.solvers.model import Energies, ModelBalance
 from fem2d.solvers.newton import NewtonResult
 from fem2d.solvers.stability import Instability, instability_of
 from fem2d.solvers.state import State
+from fem2d.solvers.step_control import StepSettings
 from fem2d.threads import Threads
 
 Array = NDArray[np.float64]
@@ -60,9 +61,9 @@ class Reports:
     """
 
     def __init__(
-        self, watch_stability: bool, threads: Threads, on_commit: Callable[[Commit], None]
+        self, steps: StepSettings, threads: Threads, on_commit: Callable[[Commit], None]
     ) -> None:
-        self._watch, self._on_commit = watch_stability, on_commit
+        self._steps, self._on_commit = steps, on_commit
         self._aside = threads.aside()
         self._last: Future[None] | None = None
         self._stopped = False
@@ -91,8 +92,8 @@ class Reports:
         return self._stopped
 
     def _report(self, commit: Commit, balance: ModelBalance) -> None:
-        if self._watch:
-            model, state = balance.model, commit.state
+        model, state = balance.model, commit.state
+        if self._steps.tests_stability(balance.before.time_s, state.time_s):
             tangent = model.static_tangent(state, balance.contacts, balance.body)
             positions = model.body.nodes + state.displacement
             commit = replace(commit, instability=instability_of(tangent, positions))

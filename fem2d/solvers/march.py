@@ -120,7 +120,7 @@ def march(
             status = MarchStatus.INTERRUPTED
         return MarchResult(status, state, increments, iterations, cutbacks)
 
-    with threads.tuned(), Reports(steps.watch_stability, threads, on_commit) as reports:
+    with threads.tuned(), Reports(steps, threads, on_commit) as reports:
         while state.time_s < last_s * (1 - 1e-12):
             step = _tried(stepper, steps, loading, hand, state, body, contacts, last_s)
             iterations, cutbacks = iterations + step.iterations, cutbacks + step.rejected

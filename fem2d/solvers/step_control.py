@@ -55,7 +55,10 @@ class StepSettings:
         A step is rejected in which a body in a hand moves farther than its allowed travel over this
         share.
     watch_stability
-        Whether every committed state is tested for static stability.
+        Whether committed states are tested for static stability.
+    stability_every_s
+        Time between such tests, s; with 0 every committed state is tested. Which ones are depends
+        on their times alone, so that a resumed march tests the same.
     """
 
     longest_s: float = setting(default=0.08, unit="s", above=0.0, description="longest step")
@@ -140,8 +143,25 @@ class StepSettings:
         "share of its motion",
     )
     watch_stability: bool = setting(
-        default=False, description="whether the stability of every committed state is tested"
+        default=False, description="whether the stability of committed states is tested"
     )
+    stability_every_s: float = setting(
+        default=0.0,
+        unit="s",
+        minimum=0.0,
+        description="time between tests of stability; 0: after every step",
+    )
+
+    def tests_stability(self, before_s: float, time_s: float) -> bool:
+        """Return whether the state committed at a time is tested, s, after one before it.
+
+        >>> every = StepSettings(watch_stability=True, stability_every_s=0.5)
+        >>> [every.tests_stability(*times) for times in ((0.9, 1.0), (1.0, 1.4), (1.4, 1.6))]
+        [True, False, True]
+        """
+        every = self.stability_every_s
+        due = every == 0.0 or math.floor(time_s / every) > math.floor(before_s / every)
+        return self.watch_stability and due
 
 
 def proposed_duration(

@@ -7,13 +7,22 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Iterator
-from dataclasses import MISSING, fields
+from dataclasses import MISSING
 
 from geometry2d.foundation.settings import in_unit
 from scenarios.cli.options import option_of
 from scenarios.cli.parser import COMMANDS, module_of
 from scenarios.settings.scenario import Scenario
-from scenarios.settings.tables import Key, SubTable, Value, joined, keys_of, parts_of
+from scenarios.settings.tables import (
+    Key,
+    SubTable,
+    Value,
+    joined,
+    keys_of,
+    parts_of,
+    preset_keys,
+    preset_tables,
+)
 from scenarios.settings.writing import toml_value
 
 HEAD = """# Settings and options
@@ -129,10 +138,18 @@ def _presets(key: Key) -> Iterator[str]:
     yield from ("", f"What `{key.field.name}` stands for:", "")
     yield _row(["", *presets])
     yield "|" + "---|" * (1 + len(presets))
-    for field in fields(next(iter(presets.values()))):
-        values = [getattr(preset, field.name) for preset in presets.values()]
-        if len(set(values)) > 1:
-            yield _row([f"`{field.name}`", *(toml_value(value) for value in values)])
+    tables = [preset_tables(key.field, name) for name in presets]
+    decided = preset_keys(key.field)
+    for table, names in decided.items():
+        for name in names:
+            values = [getattr(each[table], name) for each in tables]
+            if len(set(values)) > 1:
+                shown = name if len(decided) == 1 else f"{table}.{name}"
+                yield _row([f"`{shown}`", *map(_value_text, values)])
+
+
+def _value_text(value: Value) -> str:
+    return "–" if value is None else toml_value(value)
 
 
 def _row(cells: Iterable[object]) -> str:

@@ -25,7 +25,7 @@ from scenarios.decision.notes import mesh_sentence
 from scenarios.decision.page import write_page
 from scenarios.settings.hand import HandSettings
 
-SECONDS = {"coarse": 35.0, "standard": 90.0, "fine": 200.0, "thesis": 400.0}
+SECONDS = {"quick": 8.0, "coarse": 35.0, "standard": 90.0, "fine": 200.0, "thesis": 400.0}
 """Time of a sip on one thread of a machine of 2020, s, by resolution; for the estimate only."""
 
 PREVIEWS = "previews"

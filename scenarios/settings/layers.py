@@ -15,7 +15,7 @@ A key beside another that makes it ineffective, in its own layer or an earlier o
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import Field, dataclass, fields
 from pathlib import Path, PurePath
 from typing import Any, cast
 
@@ -31,6 +31,7 @@ from scenarios.settings.tables import (
     joined,
     keys_of,
     parts_of,
+    preset_keys,
 )
 
 
@@ -101,10 +102,8 @@ class Shape:
         for where, part in parts:
             metadata = part.field.metadata
             if "of" in metadata:
-                target = tables[joined(where, metadata["of"])]
-                inside = where if target.inline else joined(where, metadata["of"])
-                given = keys_of(target.kind, where=inside, omit=target.omit)
-                presets[joined(where, part.field.name)] = frozenset(key.path for key in given)
+                given = _given_by_presets(part.field, where, tables)
+                presets[joined(where, part.field.name)] = frozenset(given)
             if "replaces" in metadata:
                 replaced = frozenset(joined(where, name) for name in metadata["replaces"])
                 drawings[joined(where, part.field.name)] = replaced
@@ -206,6 +205,18 @@ def _below(parts: Iterator[Key | SubTable], where: str) -> Iterator[tuple[str, K
         if isinstance(part, SubTable):
             inside = where if part.inline else joined(where, part.field.name)
             yield from _below(parts_of(part.kind, where=inside, omit=part.omit), inside)
+
+
+def _given_by_presets(
+    field: Field[Any], where: str, tables: Mapping[str, SubTable]
+) -> Iterator[str]:
+    """Yield the paths of the keys that the presets of a field stand for."""
+    for name, decided in preset_keys(field).items():
+        target = tables[joined(where, name)]
+        inside = where if target.inline else joined(where, name)
+        for key in keys_of(target.kind, where=inside, omit=target.omit):
+            if key.field.name in decided:
+                yield key.path
 
 
 def _flattened(shape: Shape, layer: SettingsLayer) -> tuple[dict[str, Value], list[str]]:

@@ -1,12 +1,15 @@
 """Tables of everything that changes a result and is not above: idealisation, mesh, laws, solver.
 
 The dataclasses of :mod:`fem2d` and :mod:`geometry2d` hold the defaults; here they are only put
-together, and the few that a sip needs otherwise are replaced.
+together, and the few that a sip needs otherwise are replaced. A resolution stands for the keys in
+which resolutions differ, and for no others: choosing it sets all of these, and each can be changed
+by itself.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from fem2d.contact.laws import FrictionLaw, NormalLaw
@@ -47,6 +50,41 @@ class LipNumerics:
     )
 
 
+USUAL_STEPS = StepSettings(watch_stability=True)
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """What a resolution sets: tables of [numerics], by the names that they have there."""
+
+    mesh: MeshSize
+    steps: StepSettings = USUAL_STEPS
+    newton: NewtonSettings = field(default=NewtonSettings())
+    penalty: NormalLaw = field(default=NormalLaw())
+    stick: FrictionLaw = field(default=FrictionLaw())
+    lips: LipNumerics = field(default=LipNumerics())
+
+
+QUICK = Resolution(
+    MeshSize(0.35, 2.0, 8.0, 0.8, neck_reach_mm=0.3),
+    replace(USUAL_STEPS, longest_s=0.2, travel_mm=1.0, accuracy_mm=0.05, stability_every_s=0.2),
+    NewtonSettings(tolerance=1e-3),
+    NormalLaw(stiffness_mpa_per_mm=5.0),
+    FrictionLaw(stiffness_mpa_per_mm=1.0),
+    LipNumerics(points_between_nodes=1),
+)
+"""To rank necks: fine only where the neck comes near the lips, longer steps, and contact that
+yields by 0.01 mm, which takes half of the iterations (docs/verification/speed.md)."""
+
+RESOLUTIONS: Mapping[str, Resolution] = {
+    "quick": QUICK,
+    **{name: Resolution(mesh) for name, mesh in LEVELS.items()},
+}
+"""By name, the fastest first."""
+
+USUAL = RESOLUTIONS["standard"]
+
+
 @dataclass(frozen=True)
 class Numerics:
     """How the section is idealised, divided and solved."""
@@ -66,27 +104,27 @@ class Numerics:
     )
     resolution: str = setting(
         default="standard",
-        presets=LEVELS,
-        of="mesh",
-        description="sizes of the mesh, which [numerics.mesh] changes one by one; thesis has "
-        "about 20,000 elements in the head",
+        presets=RESOLUTIONS,
+        of=("mesh", "steps", "newton", "penalty", "stick", "lips"),
+        description="how finely sips are computed: what it stands for can be changed key by key; "
+        "quick ranks necks in the time of a sip, thesis has about 20,000 elements in the head",
     )
     mesh: MeshSize = setting(
-        default=LEVELS["standard"], description="sizes of elements; unless given, the resolution's"
+        default=USUAL.mesh, description="sizes of elements; unless given, the resolution's"
     )
     steps: StepSettings = setting(
-        default=StepSettings(watch_stability=True),
+        default=USUAL.steps,
         omit=("watch_stability",),
         description="lengths of steps in time",
     )
     newton: NewtonSettings = setting(
-        default=NewtonSettings(), description="when forces balance, and when to give up"
+        default=USUAL.newton, description="when forces balance, and when to give up"
     )
     penalty: NormalLaw = setting(
-        default=NormalLaw(), description="normal contact, wherever surfaces touch"
+        default=USUAL.penalty, description="normal contact, wherever surfaces touch"
     )
     stick: FrictionLaw = setting(
-        default=FrictionLaw(), omit=("coefficient",), description="friction before it slips"
+        default=USUAL.stick, omit=("coefficient",), description="friction before it slips"
     )
     search: SearchSettings = setting(
         default=SearchSettings(), description="what counts as a surface that faces another"
@@ -97,7 +135,7 @@ class Numerics:
         "sip",
     )
     lips: LipNumerics = setting(
-        default=LipNumerics(), description="ties to bone, and where contact is looked for"
+        default=USUAL.lips, description="ties to bone, and where contact is looked for"
     )
     period: Period = setting(default=Period(), description="which part of the motion is replayed")
     pull_search: PullSearch = setting(

@@ -11,8 +11,9 @@ more about its role:
     Names of this dataclass that are no keys: something else decides them.
 ``presets``, ``of``, ``sources``
     The value is a name in the mapping ``presets``; it gives the table in the field ``of`` its
-    values, and keys of that table then change single ones. ``sources`` says where the values of a
-    preset come from.
+    values, and keys of that table then change single ones. If ``of`` names several tables, a preset
+    has one under each name, and stands for those of their keys in which presets differ. ``sources``
+    says where the values of a preset come from.
 ``replaces``
     If the value is given, the keys of its table with these names have no effect.
 ``file``
@@ -209,6 +210,33 @@ def keys_of(kind: type[object], *, where: str = "", omit: tuple[str, ...] = ()) 
             yield from keys_of(part.kind, where=inside, omit=part.omit)
 
 
+def preset_tables(field: dataclasses.Field[Any], name: object) -> dict[str, Any]:
+    """Return the tables that a preset of a field gives their values, by the names of their fields.
+
+    Empty if the field has no presets for tables.
+    """
+    if "of" not in field.metadata:
+        return {}
+    of, preset = field.metadata["of"], field.metadata["presets"][name]
+    return {of: preset} if isinstance(of, str) else {table: getattr(preset, table) for table in of}
+
+
+def preset_keys(field: dataclasses.Field[Any]) -> dict[str, tuple[str, ...]]:
+    """Return the names of the keys that the presets of a field stand for, by table."""
+    of = field.metadata.get("of", ())
+    every = [preset_tables(field, name) for name in field.metadata.get("presets", ())]
+    if isinstance(of, str):
+        return {of: tuple(each.name for each in dataclasses.fields(every[0][of]))}
+    return {
+        table: tuple(
+            each.name
+            for each in dataclasses.fields(every[0][table])
+            if len({getattr(tables[table], each.name) for tables in every}) > 1
+        )
+        for table in of
+    }
+
+
 def replaced_in(table: object) -> tuple[str, ...]:
     """Return the names of the keys of a table that have no effect, as others replace them."""
     return tuple(
@@ -259,8 +287,7 @@ def table_from(
             if part.field.name in values:
                 made[part.field.name] = part.checked(values[part.field.name])
                 if "of" in part.field.metadata:
-                    chosen = part.field.metadata["presets"][made[part.field.name]]
-                    presets[part.field.metadata["of"]] = chosen
+                    presets |= preset_tables(part.field, made[part.field.name])
             elif base is None and not part.has_default:
                 about = part.field.metadata.get("description") or "it has no default"
                 raise SettingError(f"{part.path} is missing: {about}")

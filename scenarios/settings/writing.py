@@ -9,7 +9,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from geometry2d.foundation.settings import in_unit
-from scenarios.settings.tables import Key, SubTable, Value, parts_of, replaced_in
+from scenarios.settings.tables import (
+    Key,
+    SubTable,
+    Value,
+    parts_of,
+    preset_tables,
+    replaced_in,
+)
 
 COMMENT_COLUMN = 38
 """Where comments begin, unless a line is longer."""
@@ -90,10 +97,11 @@ def toml_lines(
 def _usual(part: SubTable, table: object) -> Usual | None:
     """Return what a table inside a table usually is: what a preset or the field's default says."""
     for sibling in dataclasses.fields(table):  # type: ignore[arg-type]
-        if sibling.metadata.get("of") == part.field.name:
-            chosen = getattr(table, sibling.name)
+        chosen = getattr(table, sibling.name)
+        tables = preset_tables(sibling, chosen)
+        if part.field.name in tables:
             source = sibling.metadata.get("sources", {}).get(chosen, f"{sibling.name} {chosen}")
-            return Usual(sibling.metadata["presets"][chosen], source)
+            return Usual(tables[part.field.name], source)
     default = part.field.default
     return None if default in (None, dataclasses.MISSING) else Usual(default)
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -49,6 +49,7 @@ from scenarios.sip.jaw import JawCourse
 from scenarios.sip.lip_model import Lips
 from scenarios.sip.lip_muscles import about_muscles
 from scenarios.sip.measures import LipMeasures
+from scenarios.sip.mesh_focus import focused_on_path
 from scenarios.sip.pull import PullResult, find_pull
 from scenarios.sip.tilted_liquid import tilted_liquid
 
@@ -160,7 +161,11 @@ def prepared(
     motion = carried_neck.motion
     jaw = scenario.head.jaw_course()
     course = None if jaw is None else JawCourse.of(jaw, placed.head.landmarks["hinge"])
-    lips = Lips(scenario, placed.head, scenario.package.section(), jaw=course)
+    neck = scenario.package.section()
+    reach_mm = scenario.numerics.mesh.neck_reach_mm
+    if reach_mm is not None:
+        placed = replace(placed, head=focused_on_path(placed.head, neck, motion, reach_mm))
+    lips = Lips(scenario, placed.head, neck, jaw=course)
     pull = find_pull(lips, motion, threads=threads, progress=progress)
     if pull is not None:
         lips = lips.with_(pull=pull.pull)

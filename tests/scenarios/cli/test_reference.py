@@ -87,6 +87,6 @@ def test_short_options_of_a_replay_are_settings(capsys: pytest.CaptureFixture[st
 
 def test_presets_are_on_the_page() -> None:
     text = PAGE.read_text(encoding="utf-8")
-    for name in ("coarse", "fine"):
+    for name in ("quick", "coarse", "fine"):
         mesh = load_scenario("A38-F", [f"numerics.resolution={name}"]).numerics.mesh
-        assert re.search(rf"^\| `contact_mm` \|.* {mesh.contact_mm} \|", text, re.MULTILINE)
+        assert re.search(rf"^\| `mesh.contact_mm` \|.* {mesh.contact_mm} \|", text, re.MULTILINE)
