@@ -245,7 +245,7 @@ def _write_sheet(run_view: RunView, out: Path, progress: Progress) -> None:
             names=column == 0,
         )
         model.show(run_view.solution.at(float(time)), run_view.head.at(float(time)))
-    left, right = 78.0, float(width - margin)
+    left, right = 92.0, float(width - margin)
     strip = HistoryStrip(
         figure, (left, strip_top, right - left, strip_high), run_view.solution, size=13, theme=theme
     )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from numpy.typing import NDArray
 
@@ -111,22 +112,27 @@ def _middle(points: Array) -> Array:
 
 @dataclass(frozen=True)
 class Closer:
-    """The section around the place of the neck that is pressed most, on axes of its own."""
+    """The section around the place of the neck that is pressed most, on axes of its own.
+
+    ``outline`` frames on the whole section what is seen closer.
+    """
 
     axes: Axes
     scene: SectionArtists
     place_mm: Array
+    outline: Rectangle
 
     @classmethod
     def on(
         cls,
         axes: Axes,
+        whole: Axes,
         solution: Solution,
         shown: Shown,
         limits: tuple[float, float],
         theme: Theme,
     ) -> Closer:
-        """Return it on small square axes."""
+        """Return it on small square axes; ``whole`` are those of the whole section."""
         scene = SectionArtists(
             axes, solution.snapshot(0), shown, limits, band_mm=0.5 * CLOSE_MM, theme=theme
         )
@@ -136,19 +142,24 @@ class Closer:
             0.03, 0.97, title, size=9, color=theme.ink, ha="left", va="top",
             transform=axes.transAxes, path_effects=halo(theme), zorder=9,
         )  # fmt: skip
-        return cls(axes, scene, place)
+        outline = Rectangle(
+            (0.0, 0.0), 2 * CLOSE_MM, 2 * CLOSE_MM, fill=False, ec=theme.quiet, lw=1.0, zorder=8
+        )
+        whole.add_patch(outline)
+        return cls(axes, scene, place, outline)
 
     @property
     def artists(self) -> list[Artist]:
-        """What moves, and its frame, which lies above what moves below it."""
+        """What moves, and its frames; that of its axes lies above what moves below it."""
         above = [*self.axes.spines.values(), *self.axes.texts]
-        return [self.axes.patch, *self.scene.artists, *above]
+        return [self.outline, self.axes.patch, *self.scene.artists, *above]
 
     def show(self, snapshot: Snapshot, head: RigidPlacement) -> None:
         """Follow the place of the neck, which does not move on it."""
         x, y = head.apply(snapshot.placement.apply(self.place_mm[None]))[0]
         self.axes.set_xlim(x - CLOSE_MM, x + CLOSE_MM)
         self.axes.set_ylim(y - CLOSE_MM, y + CLOSE_MM)
+        self.outline.set_xy((x - CLOSE_MM, y - CLOSE_MM))
         self.scene.show(snapshot, head)
 
 

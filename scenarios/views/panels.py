@@ -71,7 +71,7 @@ class ModelPanel:
             self.artists.append(_label(self.axes, label, theme))
         self._names = PartLabels(self.axes, size=11, theme=theme) if names else None
         self.artists += self._names.artists if self._names else []
-        self._closer = _closer(figure, place, run_view) if closer else None
+        self._closer = _closer(figure, place, self.axes, run_view) if closer else None
         self.artists += self._closer.artists if self._closer else []
 
     def show(self, snapshot: Snapshot, head: RigidPlacement) -> None:
@@ -81,15 +81,16 @@ class ModelPanel:
                 part.show(snapshot, head)
 
 
-def _closer(figure: Figure, place: Place, run_view: RunView) -> Closer:
+def _closer(figure: Figure, place: Place, whole: Axes, run_view: RunView) -> Closer:
     """Return a closer look at what is pressed most, in the lower right corner of a panel."""
     left, top, width, height = place
     side = CLOSER_SHARE * height
     corner = (left + width - side - 8, top + height - side - 8, side, side)
     axes = _framed(axes_at(figure, corner), run_view.theme)
     axes.set_zorder(3)
-    closer = Closer.on(axes, run_view.solution, run_view.shown, run_view.limits, run_view.theme)
-    return closer
+    return Closer.on(
+        axes, whole, run_view.solution, run_view.shown, run_view.limits, run_view.theme
+    )
 
 
 class Picture(Artist):

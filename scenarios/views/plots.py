@@ -42,6 +42,8 @@ THESIS_PRESSURES = {
     "lower_lip_window_kpa": "lower_lip_pressure_kpa",
 }
 """The thesis' measure of a pressure, which is drawn beside it if there is one run."""
+RELATIVE_AXIS_POINTS = 32.0
+"""Room of an axis of relative time above another."""
 IMPRINT_STEP_MM = 0.05
 IMPRINT_REACH_MM = 0.8
 IMPRINT_POINTS = 16
@@ -53,8 +55,9 @@ CONTOUR_MM = 14.0
 def plot_histories(runs: Sequence[Path], out: Path) -> None:
     """Draw the five histories of one or several runs, one below the other.
 
-    One run is drawn against time in seconds, with relative time as a second axis; several are drawn
-    against relative time. Thresholds of pain and tearing are drawn where they are.
+    One run is drawn against time in seconds of its film, several against seconds since each began;
+    relative time is a second axis, one for each length of time. Thresholds of pain and tearing are
+    drawn where they are.
 
     Parameters
     ----------
@@ -69,7 +72,15 @@ def plot_histories(runs: Sequence[Path], out: Path) -> None:
         If one of ``runs`` is not a run directory.
     """
     solutions = [Solution.load(run) for run in runs]
-    figure = Figure(figsize=(9.0, 11.0), dpi=DPI, facecolor=PAPER, layout="constrained")
+    figure = histories_figure(solutions)
+    with file_at_once(out) as partial:
+        figure.savefig(partial, facecolor=PAPER)
+
+
+def histories_figure(solutions: Sequence[Solution]) -> Figure:
+    """Return the picture of :func:`plot_histories`."""
+    height = 11.0 + RELATIVE_AXIS_POINTS / 72 * (len(_lengths(solutions)) - 1)
+    figure = Figure(figsize=(9.0, height), dpi=DPI, facecolor=PAPER, layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(FIVE_HISTORIES), 1, sharex=True)
     for axes, (name, title) in zip(panels, FIVE_HISTORIES, strict=True):
@@ -79,16 +90,37 @@ def plot_histories(runs: Sequence[Path], out: Path) -> None:
         _threshold(axes, name)
     for text in panels[0].legend(loc="best", frameon=False, fontsize=10).get_texts():
         text.set_parse_math(False)  # a name may hold dollars
-    start, end = solutions[0].time_s[[0, -1]].tolist()
-    if len(solutions) == 1 and end > start:
-        panels[-1].set_xlabel("time, s", color=INK, size=11)
-        panels[-1].set_xlim(start, end)
-        relative_axis(panels[0], start, end, size=10)
-    else:
-        panels[-1].set_xlabel("relative time", color=INK, size=11)
-        panels[-1].set_xlim(0.0, 1.0)
-    with file_at_once(out) as partial:
-        figure.savefig(partial, facecolor=PAPER)
+    _time_axes(panels, solutions)
+    return figure
+
+
+def _time_axes(panels: Sequence[Axes], solutions: Sequence[Solution]) -> None:
+    """Say of histories, one below the other, what time is below, and what share of a run above."""
+    begin = float(solutions[0].time_s[0]) if len(solutions) == 1 else 0.0
+    lengths = _lengths(solutions)
+    what = "time, s" if len(solutions) == 1 else "time since the start of each replay, s"
+    panels[-1].set_xlabel(what, color=INK, size=11)
+    panels[-1].set_xlim(begin, begin + (max(lengths) or 1.0))
+    for row, (length, runs) in enumerate(lengths.items()):
+        alone = len(lengths) == 1
+        relative_axis(
+            panels[0],
+            begin,
+            begin + length,
+            size=10,
+            of="" if alone else ", ".join(solutions[run].name for run in runs),
+            colour=None if alone else _colours(len(solutions))[runs[0]],
+            away_points=row * RELATIVE_AXIS_POINTS,
+        )
+
+
+def _lengths(solutions: Sequence[Solution]) -> dict[float, list[int]]:
+    """Return how long replays take of a film, s, and which they are of ``solutions``."""
+    lengths: dict[float, list[int]] = {}
+    for number, solution in enumerate(solutions):
+        length = round(float(np.ptp(solution.time_s)), 6)
+        lengths.setdefault(length, []).append(number)
+    return lengths
 
 
 def plot_imprint(run: Path, out: Path) -> None:
@@ -173,7 +205,7 @@ def imprint_maps(
             shading="nearest",
         )
         axes.set_ylim(arc[0] - IMPRINT_MARGIN_MM, arc[-1] + IMPRINT_MARGIN_MM)
-        axes.set_ylabel(f"{lip} lip: place on the neck's\ncontour, mm", color=INK, size=11)
+        axes.set_ylabel(f"{lip} lip: place on\nthe contour, mm", color=INK, size=11)
         _name_stretches(axes, getattr(neck, f"{lip}_stretches"))
         _quiet(axes)
     panels[-1].set_xlabel("time, s", color=INK, size=11)
@@ -239,8 +271,7 @@ def _name_stretches(axes: Axes, stretches: Mapping[str, tuple[float, float]]) ->
 
 
 def _history(axes: Axes, solution: Solution, name: str, colour: str, *, alone: bool) -> None:
-    several = not alone or solution.time_s.size == 1
-    time = solution["relative_time"].values if several else solution.time_s
+    time = solution.time_s if alone else solution.time_s - solution.time_s[0]
     label = solution.name
     axes.plot(time, solution[name].values, color=colour, lw=1.8, label=label)
     thesis = THESIS_PRESSURES.get(name)

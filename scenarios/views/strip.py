@@ -24,17 +24,26 @@ LIP_PRESSURES = (
     ("lower_lip_window_kpa", "lower lip"),
 )
 BELOW_WORDS = 0.8
-"""Share of the strip's height that the cursor takes: words are above it."""
-VALUE_POINTS = 62.0
-"""Room of a written pressure, points."""
+"""Share of the strip's height that the cursor and marked instants take: words are above."""
+VALUE_POINTS = 84.0
+"""Room of a written pressure and its lip, points."""
 
 
 def relative_axis(
-    axes: Axes, start_s: float, end_s: float, *, size: float, theme: Theme = LIGHT
+    axes: Axes,
+    start_s: float,
+    end_s: float,
+    *,
+    size: float,
+    theme: Theme = LIGHT,
+    of: str = "",
+    colour: str | None = None,
+    away_points: float = 0.0,
 ) -> None:
     """Give axes whose x is time, s, a second axis above: 0 at the start of a replay, 1 at its end.
 
-    An only instant has none.
+    An only instant has none. Where there are several such axes, ``of`` and ``colour`` tell whose it
+    is, and ``away_points`` keeps it away from the one below.
     """
     if end_s <= start_s:
         return
@@ -48,16 +57,18 @@ def relative_axis(
 
     above = axes.secondary_xaxis("top", functions=(to_relative, to_seconds))
     above.set_ticks(np.linspace(0.0, 1.0, 6))
-    above.tick_params(labelsize=size, colors=theme.quiet, length=3, pad=1)
-    above.spines["top"].set_color(theme.quiet)
-    above.set_xlabel("relative time", size=size, color=theme.quiet, labelpad=2)
+    colour = colour or theme.quiet
+    above.tick_params(labelsize=size, colors=colour, length=3, pad=1)
+    above.spines["top"].set(color=colour, position=("outward", away_points), bounds=(0.0, 1.0))
+    words = f"relative time, {of}" if of else "relative time"
+    above.set_xlabel(words, size=size, color=colour, labelpad=2, parse_math=False)
 
 
 def _say_pain(axes: Axes, theme: Theme, *, size: float) -> None:
     """Say from which pressure on it hurts, above the curves, and draw it if the axis reaches it."""
-    above = " (above this axis)" if PAIN.low > axes.get_ylim()[1] else ""
+    above = ", above ↑" if PAIN.low > axes.get_ylim()[1] else ""
     axes.text(
-        0.62, 0.985, f"pain from {PAIN.low:.0f} kPa{above}", size=size, color=theme.warning,
+        0.5, 0.985, f"pain from {PAIN.low:.0f} kPa{above}", size=size, color=theme.warning,
         ha="center", va="top", transform=axes.transAxes,
     )  # fmt: skip
     if not above:
@@ -88,7 +99,7 @@ class HistoryStrip:
         axes.set_xlim(start, end if end > start else start + 1.0)
         axes.set_xlabel("time, s", size=size, color=theme.ink, labelpad=2)
         relative_axis(axes, start, end, size=size - 2, theme=theme)
-        axes.set_ylabel("over 0.5 mm, kPa", size=size, color=theme.ink)
+        axes.set_ylabel("pressure over\n0.5 mm, kPa", size=size, color=theme.ink)
         axes.yaxis.set_major_locator(MaxNLocator(4))
         axes.tick_params(labelsize=size, colors=theme.ink, length=3)
         axes.spines[["top", "right"]].set_visible(False)
@@ -127,17 +138,20 @@ class HistoryStrip:
     def show(self, time_s: float) -> None:
         """Move the cursor to a time, s."""
         self._line.set_xdata([time_s, time_s])
-        for dot, text, (output, _) in zip(self._dots, self._values, self._curves, strict=True):
+        moving = zip(self._dots, self._values, self._curves, LIP_PRESSURES, strict=True)
+        for dot, text, (output, _), (_, lip) in moving:
             value = output.at(time_s)
             dot.set_data([time_s], [value])
-            text.set_text(f"{value:.0f} kPa")
+            text.set_text(f"{lip.removesuffix(' lip')} {value:.0f} kPa")
 
     def mark(self, times_s: Sequence[float], *, size: float) -> None:
         """Mark instants, s, by number, instead of the cursor."""
         for artist in self.artists:
             artist.set_visible(False)
         for number, time in enumerate(times_s, start=1):
-            self.axes.axvline(time, color=self._theme.quiet, lw=1.0, ls=(0, (3, 3)), zorder=0)
+            self.axes.axvline(
+                time, ymax=BELOW_WORDS, color=self._theme.quiet, lw=1.0, ls=(0, (3, 3)), zorder=0
+            )
             self.axes.annotate(
                 f"{number}",
                 (time, 0.0),

@@ -59,6 +59,10 @@ figure { margin: 0; min-width: 0; }
 figcaption { font-size: .92rem; margin: .3rem 0 0; }
 img { display: block; max-width: 100%; height: auto; }
 figure img { width: 100%; border-radius: 4px; }
+/* A card holds a picture that was drawn on light paper: it stays light in a dim room. */
+.curves figure, .imprint figure, .sequence li { LIGHT color: var(--ink); }
+.sequence li { background: var(--panel); border: 1px solid var(--line); border-radius: 8px;
+  padding: .4rem .4rem .5rem; }
 .verdicts { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fit, minmax(min(26rem,
   100%), 1fr)); margin: 1.2rem 0; }
 .verdicts.many { grid-template-columns: repeat(auto-fit, minmax(min(15rem, 100%), 1fr));
@@ -146,5 +150,5 @@ summary { cursor: pointer; padding: .3rem 0; font-weight: 600; }
   .wide.low { max-height: none; }
   pre { white-space: pre-wrap; }
 }
-"""
+""".replace("LIGHT", _variables("light", THEMES["light"]))
 )

@@ -235,6 +235,9 @@ def test_a_dim_room_has_dark_paper_that_can_be_read(running: Any, pair: Path) ->
     tab = visit.ready()
     assert dark_share(tab) > 0.3
     assert tab.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(21, 24, 28)"
+    for card in (".curves figure", ".imprint figure", ".sequence li"):
+        paper = tab.locator(card).first.evaluate("card => getComputedStyle(card).backgroundColor")
+        assert paper == "rgb(255, 255, 255)"  # its picture was drawn on light paper
     assert grave_faults(tab) == []
     tab.emulate_media(color_scheme="light")
     tab.wait_for_timeout(300)

@@ -5,7 +5,7 @@ import { nearest, written } from "./arrays.js";
 
 const LEFT = 46;
 const BOTTOM = 22;
-const TOP = 4;
+const TOP = 18;
 
 /** The imprint of one lip of one run. */
 export class ImprintMap {
@@ -122,9 +122,11 @@ export class ImprintMap {
     c.textAlign = "right";
     for (const share of [0, 0.5, 1]) {
       const y = TOP * ratio + inner * (1 - share);
-      const place = Math.min(height - BOTTOM * ratio, Math.max(y + 4 * ratio, 11 * ratio));
+      const place = Math.min(height - BOTTOM * ratio, y + 4 * ratio);
       c.fillText(written(start + share * length, 1), (LEFT - 6) * ratio, place);
     }
+    this.relativeAxis(c, width, ratio);
+    c.fillStyle = theme.ink;
     c.textAlign = "center";
     const times = this.run.data.time_s;
     const step = width < 280 * ratio ? 0.5 : 0.25;
@@ -135,6 +137,17 @@ export class ImprintMap {
       c.fillText(
         written(time, 1) + unit, this.left(time, width, ratio) + inset * ratio, height - 6 * ratio,
       );
+    }
+  }
+
+  /** Writes relative time above the map, as seconds stand below it. */
+  relativeAxis(c, width, ratio) {
+    const times = this.run.data.time_s;
+    c.fillStyle = theme.quiet;
+    for (const [share, align] of [[0, "left"], [0.5, "center"], [1, "right"]]) {
+      const time = times[0] + share * (times[times.length - 1] - times[0]);
+      c.textAlign = align;
+      c.fillText(`${100 * share} %`, this.left(time, width, ratio), 12 * ratio);
     }
   }
 
