@@ -34,6 +34,9 @@ CORNERS = HALF * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 MISFIT_LIMIT = 0.10
 LEAST_CONTRAST = 25.0
 SMALLEST_SIDE = 11.0
+# Largest mean residual of a cell over the contrast: a cell that is dark in place of light leaves
+# all of it where it is sharp, and half of it where it is blurred over its own width.
+CELL_LIMIT = 0.3
 LONGEST_SHAPE = 2.4
 # Correlation of the cells' grey levels with a code from which its fit is tried.
 LEAST_LIKENESS = 0.6
@@ -237,6 +240,8 @@ def _sticker(
         return None
     if sides.max() > LONGEST_SHAPE * sides.min():
         return None
+    if _worst_cell(residual, corners - middle) > CELL_LIMIT * contrast:
+        return None
     # Rounding to whole grey levels adds a variance of 1/12.
     inverse = np.linalg.pinv(normal, hermitian=True) * (variance * widened + 1 / 12)
     to_corners = _corner_jacobian(parameters)
@@ -246,6 +251,20 @@ def _sticker(
     at = np.asarray(offset, float)
     place = (float(middle[0] + at[0]), float(middle[1] + at[1]))
     return Sticker(code, corners + at, covariance, misfit, parameters, place)
+
+
+def _worst_cell(residual: Array, corners: Array) -> float:
+    """Return the largest mean residual of a cell; ``corners``, px, count from the middle."""
+    import cv2
+
+    steps = np.arange(6 * HALF) / 3 + 1 / 6 - HALF
+    at = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 1, 2)
+    to_picture = cv2.getPerspectiveTransform(CORNERS.astype(np.float32), corners.astype(np.float32))
+    places = cv2.perspectiveTransform(at, to_picture) + 0.5 * (np.array(residual.shape[::-1]) - 1)
+    x, y = np.moveaxis(places.astype(np.float32), -1, 0)
+    known = np.nan_to_num(residual).astype(np.float32)
+    cells = cv2.remap(known, x, y, cv2.INTER_LINEAR).reshape(2 * HALF, 3, 2 * HALF, 3)
+    return float(np.abs(cells.mean(axis=(1, 3))).max())
 
 
 def _window(image: Image, corners: Array) -> tuple[Image, Array] | None:

@@ -22,6 +22,9 @@ DOT_MM = (0.8, 8.0)
 # Largest ratio of sizes and of contrasts of the two marks of a body.
 PAIR_SIZE_RATIO = 1.6
 PAIR_CONTRAST_RATIO = 1.8
+# Least ratio of the contrasts of head and package: who puts on markers uses one kind of them, if
+# not on one ground.
+ONE_KIND = 0.2
 MOST_SPOTS = 40
 # Markers are placed below the line from ear to nose, on the jaw, and not above it.
 COST_OF_A_SPOT_ABOVE = 0.15
@@ -87,6 +90,8 @@ def assign_layout(
             chosen = {**known, **package, **head}
             jaw = _jaw_choice(free, chosen, sought)
             if jaw is None or not _sized_like_markers({**chosen, **jaw}, markers):
+                continue
+            if not _of_one_kind(list(chosen.values())):
                 continue
             cost = _cost(chosen, markers) + COST_OF_A_SPOT_ABOVE * _spots_above(free, chosen)
             found.append((cost, {**package, **head, **jaw}))
@@ -244,6 +249,13 @@ def _sized_like_markers(chosen: Mapping[str, Detection], markers: MarkerFile) ->
     lower, upper = chosen["package_lower"], chosen["package_upper"]
     unit = math.hypot(lower.x - upper.x, lower.y - upper.y) / markers.scale_mm["package"]
     return all(DOT_MM[0] < spot.radius / unit < DOT_MM[1] for spot in chosen.values())
+
+
+def _of_one_kind(spots: Sequence[Detection]) -> bool:
+    """Whether all spots are dark, or all light, and none is much fainter than another."""
+    contrasts = [spot.contrast for spot in spots]
+    least, most = min(contrasts, key=abs), max(contrasts, key=abs)
+    return all(c * most > 0 for c in contrasts) and abs(least) > ONE_KIND * abs(most)
 
 
 def _alike(one: Detection, other: Detection) -> bool:

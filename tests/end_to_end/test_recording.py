@@ -222,6 +222,12 @@ def test_a_video_without_face_and_package_is_refused_in_words(
     assert "round spots were found" in message
     assert "(with ear, nose, package_lower, package_upper)" in message
     assert {path.name for path in (tmp_path / "out").iterdir()} == {".drinksim", "spots.png"}
+    wanted = read_markers(markers)
+    for frame in Video(recorded("projectile/projetil.mp4")).frames(end_s=0.8):
+        # Two lights far off, and two faint blots that look like the marks of a package.
+        if frame.index in (4, 21):
+            with pytest.raises(TrackingError):
+                locate_markers(frame.picture, wanted, frame.index)
 
 
 @pytest.mark.parametrize("name", ["A38-F", "A38-AE", "DC-F", "DC-AE"])

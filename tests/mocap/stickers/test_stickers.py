@@ -136,6 +136,34 @@ def test_nothing_else_is_a_sticker() -> None:
         assert find_stickers(np.clip(blurred + noise, 0, 255).astype(np.uint8)) == {}
 
 
+@pytest.mark.parametrize("side_px", [18.0, 27.0, 40.0])
+def test_a_print_with_one_cell_unlike_a_code_is_no_sticker(side_px: float) -> None:
+    import cv2
+
+    rng = np.random.default_rng(int(side_px))
+    named = 0
+    for row in range(-1, 16):
+        dark = code_of("jaw_back", 12.0).dark.copy()
+        if row >= 0:
+            at = (1 + row // 4, 1 + row % 4)
+            dark[at] = ~dark[at]
+        light = np.pad(~dark, 2, constant_values=True)
+        fine = np.kron(np.where(light, 230, 30), np.ones((24, 24), int)).astype(np.uint8)
+        scale = side_px / (6 * 24)
+        turn = cv2.getRotationMatrix2D((120.0, 120.0), float(rng.uniform(0, 90)), scale)
+        turn[:, 2] += 80 - 120 + rng.uniform(-0.5, 0.5, 2)
+        image = cv2.warpAffine(
+            cv2.GaussianBlur(fine, (0, 0), 0.6 / scale), turn, (160, 160), borderValue=230
+        )
+        found = find_stickers(
+            np.clip(image + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
+        )
+        if row < 0:
+            assert set(found) == {"jaw_back"}
+        named += row >= 0 and bool(found)
+    assert named == 0
+
+
 def test_the_sheet_prints_true_sizes() -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

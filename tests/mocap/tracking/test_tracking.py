@@ -188,6 +188,30 @@ def test_markers_without_positions_are_told_by_their_layout() -> None:
         np.testing.assert_allclose(again.of(name)[0], tracks.of(name)[0][: len(again.frame)])
 
 
+@pytest.mark.parametrize(("package_level", "sure"), [(40, True), (240, False), (172, False)])
+def test_spots_of_two_kinds_are_not_the_markers_of_one_person(
+    tmp_path: Path, package_level: int, sure: bool
+) -> None:
+    import cv2
+
+    image = np.full((400, 640), 190, np.uint8)
+    for at, level in (
+        ((100, 150), 20),
+        ((310, 160), 20),
+        ((480, 300), package_level),
+        ((500, 280), package_level),
+    ):
+        cv2.circle(image, at, 7, level, -1, cv2.LINE_AA)
+    image = cv2.GaussianBlur(image, (0, 0), 0.8)
+    (tmp_path / "auto.toml").write_text('[scale]\npackage = 14.0\n[markers]\near = "auto"\n')
+    wanted = read_markers(tmp_path / "auto.toml")
+    if sure:
+        assert locate_markers(Pixels(image), wanted, 0)["ear"].x == pytest.approx(100, abs=0.5)
+    else:
+        with pytest.raises(UnnamedSpotsError, match="no arrangement of them"):
+            locate_markers(Pixels(image), wanted, 0)
+
+
 @pytest.mark.slow
 def test_a_printed_carton_is_not_taken_for_markers(tmp_path: Path) -> None:
     import cv2
