@@ -14,7 +14,7 @@ from mocap.motion.jaw import JAW, JawOpening
 from mocap.motion.motion import Motion
 from mocap.motion.perspective import Perspective
 from mocap.motion.phases import LipAtRim, lip_at_rim
-from mocap.motion.projection import PictureFormat, axis_px, corrected
+from mocap.motion.projection import PictureFormat, at_frame_times, axis_px, corrected
 from mocap.motion.scale import BodyScale, body_scales, positions_mm
 from mocap.tracking.markers import DEFAULT_BODIES, MarkerFile
 from mocap.tracking.tracks import Tracks
@@ -83,7 +83,13 @@ def measure(tracks: Tracks, markers: MarkerFile, picture: PictureFormat) -> Meas
     """
     mirrored = faces_left(tracks, markers)
     picture = replace(picture, mirrored=mirrored)
-    flat = corrected(tracks.position_px, markers, picture)
+    timed = tracks
+    if markers.lens.readout_s:
+        at_once = at_frame_times(
+            tracks.position_px, tracks.time_s, markers.lens.readout_s, picture.height
+        )
+        timed = replace(tracks, position_px=at_once)
+    flat = corrected(timed.position_px, markers, picture)
     centre = corrected(axis_px(markers.lens, picture), markers, picture)
     coded = coded_bodies(tracks, markers, picture)
     of_stickers = {body: poses.scale for body, poses in coded.items()}
@@ -92,7 +98,7 @@ def measure(tracks: Tracks, markers: MarkerFile, picture: PictureFormat) -> Meas
     scales = body_scales(tracks, markers, flat, of_stickers, larger=perspective.larger)
     perspective = perspective.checked(markers, scales)
     world = positions_mm(flat, tracks.names, markers, scales, centre)
-    shown = _mirrored(tracks, picture) if mirrored else tracks
+    shown = _mirrored(timed, picture) if mirrored else timed
     captured = capture(shown, markers, world, scales, coded, perspective)
     if mirrored and captured.motion.picture is not None:
         scale = replace(captured.motion.picture, mirrored=True)

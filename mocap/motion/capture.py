@@ -16,7 +16,7 @@ from mocap.motion.perspective import Perspective
 from mocap.motion.picture import PictureScale
 from mocap.motion.poses import Poses, body_poses, carried_by_two, usable_rows
 from mocap.motion.scale import BodyScale
-from mocap.motion.smooth import Smoothed, removes_motion, smoothed
+from mocap.motion.smooth import WORSE, Smoothed, removes_motion, smoothed
 from mocap.tracking.markers import MarkerFile
 from mocap.tracking.noise import repeats
 from mocap.tracking.tracks import Tracks
@@ -194,8 +194,23 @@ def _smoothed_coordinates(time: Array, pose: Poses, same: Array) -> dict[str, Sm
             if removes_motion(smooth, inner):
                 error = spread[:, k] * max(inner.noise_factor, 1.0)
                 smooth = smoothed(time, raw[:, k], error, repeats=same, noise_known=True)
+                smooth = _not_better_between(smooth, error)
         found[f"{pose.body}_{name}"] = smooth
     return found
+
+
+def _not_better_between(smooth: Smoothed, error: Array) -> Smoothed:
+    """Return the signal with the errors (n,) of its interpolated samples, which smoothing keeps.
+
+    Nothing tells where a body that trembles was while its marks were hidden, and the interpolated
+    samples of a dropout err together.
+    """
+    least = np.where(error > WORSE * np.median(error), error, 0.0)
+    return replace(
+        smooth,
+        sigma=np.maximum(smooth.sigma, least),
+        sigma_since_first=np.maximum(smooth.sigma_since_first, least),
+    )
 
 
 def _other_poses(

@@ -7,11 +7,15 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
 
 from mocap.motion.errors import ScaleError
 from mocap.tracking.markers import Intrinsics, MarkerFile, PlanePoints
 
 Array: TypeAlias = NDArray[np.float64]
+
+LEAST_FOR_SPLINE = 4
+"""Frames from which the motion between two of them is known."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +97,32 @@ def corrected(points_px: ArrayLike, markers: MarkerFile, picture: PictureFormat)
     as_filmed = undistorted(points_px, markers.lens, replace(picture, mirrored=False))
     flat: Array = rectified(as_filmed, markers.plane) * picture.sides
     return flat
+
+
+def at_frame_times(position_px: Array, time_s: Array, readout_s: float, height: int) -> Array:
+    """Return where marks were when the first row of each frame was exposed, px.
+
+    A rolling shutter exposes row y later by y/height of the readout. A cubic spline through the
+    positions at their own times is read at those of the frames.
+
+    Parameters
+    ----------
+    position_px
+        (n, m, 2) positions in the film, px; nan where a mark is lost.
+    time_s
+        (n,) times of the frames' first rows, s.
+    readout_s, height
+        Time from the first row to the last, s, and the number of rows.
+    """
+    moved = position_px.copy()
+    for k in range(position_px.shape[1]):
+        known = np.isfinite(position_px[:, k, 0])
+        if np.count_nonzero(known) < LEAST_FOR_SPLINE:
+            continue
+        place, time = position_px[known, k], time_s[known]
+        exposed = time + readout_s * place[:, 1] / height
+        moved[known, k] = CubicSpline(exposed, place)(time)
+    return moved
 
 
 def rectified(points_px: Array, plane: PlanePoints) -> Array:

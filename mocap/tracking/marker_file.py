@@ -39,7 +39,8 @@ jaw_front = [708.0, 434.0]   # optional, as is jaw_back
 
 # All that follows is optional.
 
-# [lens]                  # OpenCV's names: fx, fy, cx, cy, k1, k2, p1, p2, k3
+# [lens]                  # OpenCV's names: fx, fy, cx, cy, k1, k2, p1, p2, k3; and
+# readout_s = 0.02        # of a rolling shutter: from the first row's exposure to the last's
 
 # [bodies]                # these are the defaults
 # head = ["ear", "nose"]
@@ -75,7 +76,7 @@ STICKER = "sticker"
 """What a marker file says of a marker that is a coded sticker."""
 
 POLARITIES = ("auto", "dark", "light", "ring")
-LENS_KEYS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+LENS_KEYS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "readout_s")
 STYLE_KEYS = ("upper_lip", "rim_lower", "rim_upper")
 TABLES = ("scale", "depth", "lens", "markers", "bodies", "tracking", "plane", "style", "stickers",
           "recording")  # fmt: skip
@@ -87,6 +88,9 @@ LONGEST_NAME = 60
 
 NEAREST_MM, MOST_NEARER = 100.0, 0.5
 """Least distance of a camera that sees a head, and the share of it by which a mark is nearer."""
+
+LONGEST_READOUT_S = 0.1
+"""No camera takes so long from the first row of a picture to the last."""
 
 LISTED = 12
 """Names that a message lists at most."""
@@ -209,6 +213,11 @@ class _MarkerFileReader:
             raise self._error(
                 f"[markers] {name} = {STICKER!r}: no sticker is printed for it; stickers are "
                 f"printed for {', '.join(CODED_MARKERS)}"
+            )
+        if coded and "readout_s" in self._table("lens"):
+            raise self._error(
+                "[lens] readout_s and stickers: a rolling shutter is undone for dots only; remove "
+                "readout_s"
             )
         if coded and "plane" in self.data:
             raise self._error(
@@ -340,6 +349,11 @@ class _MarkerFileReader:
             value = getattr(lens, key)
             if value is not None and value <= 0:
                 raise self._error(f"[lens] {key} = {value}: focal lengths are positive, in px")
+        if not 0 <= lens.readout_s <= LONGEST_READOUT_S:
+            raise self._error(
+                f"[lens] readout_s = {lens.readout_s:g}: a picture is read out in 0 to "
+                f"{LONGEST_READOUT_S:g} s; phones take 0.01 to 0.03"
+            )
         if lens.is_distorting and (lens.fx is None or lens.fy is None):
             raise self._error(
                 "[lens] gives distortion without fx and fy: add the focal lengths in px, the "

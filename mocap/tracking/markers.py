@@ -35,12 +35,15 @@ class Intrinsics(Distortion):
         Focal lengths, px; None if not known.
     cx, cy
         Where the camera's axis meets the picture, px; None: the middle of the picture.
+    readout_s
+        Time from the exposure of the first row to that of the last, s: of a rolling shutter.
     """
 
     fx: float | None = None
     fy: float | None = None
     cx: float | None = None
     cy: float | None = None
+    readout_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from mocap.measurement import Measurement, measure
+from mocap.motion.projection import at_frame_times
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import MarkerFile, MarkerFileError
 from mocap.tracking.noise import with_temporal_noise
@@ -118,6 +121,29 @@ def test_a_focus_that_breathes_is_followed(tmp_path: Path) -> None:
     assert within > 0.95
 
 
+def test_a_rolling_shutter_is_undone() -> None:
+    """A hand that holds the camera shakes it by 6 px at 3 Hz; rows are exposed one by one."""
+    sip = SolidSip()
+    time = sip.time
+    still = CubicSpline(time, replace(sip, noise=0.0).tracks().position_px[:, 2])
+
+    def shaken(at: np.ndarray) -> np.ndarray:
+        shake = 6 * np.column_stack([np.sin(18 * at), np.cos(13 * at)])
+        return np.asarray(still(at) + shake)
+
+    readout, height = 0.02, sip.picture.height
+    exposed = time.copy()
+    for _ in range(20):
+        exposed = time + readout * shaken(exposed)[:, 1] / height
+    filmed = shaken(exposed)[:, None]
+    filmed[40] = np.nan
+    undone = at_frame_times(filmed, time, readout, height)
+    inside = np.isfinite(filmed[:, 0, 0]) & (time > 0.1) & (time < time[-1] - 0.1)
+    assert np.isnan(undone[40]).all()
+    assert np.abs(filmed[inside, 0] - shaken(time)[inside]).max() > 2.0
+    assert np.sqrt(np.mean((undone[inside, 0] - shaken(time)[inside]) ** 2)) < 0.1
+
+
 @pytest.mark.parametrize(
     ("depth", "words"),
     [
@@ -132,3 +158,12 @@ def test_a_focus_that_breathes_is_followed(tmp_path: Path) -> None:
 def test_depths_that_make_no_sense_are_refused(tmp_path: Path, depth: str, words: str) -> None:
     with pytest.raises(MarkerFileError, match=words):
         marker_file(tmp_path, more=f"[depth]\n{depth}\n")
+
+
+def test_a_readout_that_no_camera_has_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(MarkerFileError, match="readout_s = 20"):
+        marker_file(tmp_path, more="[lens]\nreadout_s = 20\n")
+    path = tmp_path / "stickers.toml"
+    path.write_text('[lens]\nreadout_s = 0.02\n[markers]\near = "sticker"\n')
+    with pytest.raises(MarkerFileError, match="undone for dots only"):
+        read_markers(path)
