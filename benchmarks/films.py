@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from geometry2d.foundation.errors import DrinksimError
 from mocap.convert import ConvertResult, convert
-from mocap.views.summary import depth_warnings
+from mocap.views.depths import depth_warnings
 
 Array = NDArray[np.float64]
 

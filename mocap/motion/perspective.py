@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from mocap.motion.projection import PictureFormat
 from mocap.motion.scale import BodyScale, inflation
-from mocap.motion.turning import LEAST_TILT, Cause, flattening
+from mocap.motion.turning import LEAST_TILT, Cause, MarkedPair, flattening
 from mocap.tracking.markers import Depths, MarkerFile
 from mocap.tracking.tracks import Tracks
 
@@ -129,7 +129,8 @@ class Perspective:
         body = markers.reference
         pair = markers.bodies[body][:2]
         if len(pair) == 2 and not markers.has_sticker(body):
-            ratios[body] = _ratio(tracks, markers.depth, flat - centre, pair)
+            zoom = _zoom(tracks, markers, flat)
+            ratios[body] = _ratio(tracks, markers.depth, flat - centre, pair, zoom)
         lens = markers.lens
         focal = lens.fy or lens.fx or USUAL_FOCAL * max(picture.width, picture.height)
         return cls(ratios, *_larger(markers), focal)
@@ -227,16 +228,33 @@ def most_tilted(apparent_rad: Array, along: Array) -> Array:
     return np.asarray(apparent_rad + along * shorter / (shorter + LEAST_TILT))
 
 
+def _zoom(tracks: Tracks, markers: MarkerFile, flat: Array) -> Array:
+    """Return how much larger (n,) than usual the moving body appears, if its dots do not turn."""
+    body = markers.moving
+    if body in markers.scale_mm and not markers.has_sticker(body):
+        pair = MarkedPair.of(tracks, flat, markers, body)
+        if pair.cause is Cause.DEPTH and pair.changes():
+            return 1 + pair.change
+    return np.ones(tracks.frame.size)
+
+
 def _ratio(
-    tracks: Tracks, depth: Depths | None, from_axis: Array, pair: tuple[str, ...]
+    tracks: Tracks, depth: Depths | None, from_axis: Array, pair: tuple[str, ...], zoom: Array
 ) -> DepthRatio:
-    """Return δ of two marks as it is stated, or as the film tells it."""
+    """Return δ of two marks as it is stated, or as the film tells it.
+
+    The body may appear to grow as the other one does, by ``zoom`` (n,), or not at all.
+    """
     if depth is not None and depth.known(pair):
         return stated_ratio(depth, pair)
     columns = [tracks.names.index(name) for name in pair]
     use = tracks.known(pair[0]) & tracks.known(pair[1])
     noise = np.hypot(*tracks.sigma_px[:, columns].T)
-    told = filmed_ratio(tracks.time_s, from_axis[:, columns], noise, use)
+    alike = from_axis[:, columns] / zoom[:, None, None]
+    told = min(
+        (filmed_ratio(tracks.time_s, at, noise, use) for at in (from_axis[:, columns], alike)),
+        key=lambda ratio: ratio.sigma,
+    )
     if told.source == "film" and tracks.ellipse is not None:
         dots = flattening(
             tracks.time_s[use], tracks.position_px[use][:, columns], tracks.ellipse[use][:, columns]

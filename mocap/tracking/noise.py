@@ -48,6 +48,9 @@ KEY_FRAME_SHARE = 0.3
 # expect, with three standard errors of that factor: without tremor it is 0.8 to 1.4 (drawn clips).
 TREMBLES = 1.5
 CLEARLY = 3.0
+# A camera shakes if markers of both bodies vary by so many times their noise, and so much alike.
+SHAKES = 3.0
+ALIKE = 0.5
 # Median of the absolute value of a standard normal variable, and the efficiency of the standard
 # deviation that it gives.
 NORMAL_MEDIAN = 0.6744897501960817
@@ -142,6 +145,24 @@ def _variation_apart(tracks: Tracks, pair: tuple[str, str]) -> _Variation:
 def _spread(left: Array) -> float:
     """Return the robust standard deviation of combinations."""
     return float(np.median(np.abs(left))) / NORMAL_MEDIAN if left.size else 0.0
+
+
+def camera_shakes(tracks: Tracks, first: str, second: str) -> bool:
+    """Whether two markers of different bodies tremble alike, which only the camera can do.
+
+    ``tracks`` have standard errors that include the noise in time.
+    """
+    seen = tracks.known(first) & tracks.known(second)
+    left = [cubic_residuals(tracks.time_s, tracks.of(name)[0], seen) for name in (first, second)]
+    if len(left[0]) < ENOUGH:
+        return False
+    trembles = [
+        _spread(own) > SHAKES * float(np.median(tracks.of(name)[1][seen]))
+        for own, name in zip(left, (first, second), strict=True)
+    ]
+    product = float(np.sum(left[0] * left[1]))
+    alike = product > ALIKE * float(np.sqrt(np.sum(left[0] ** 2) * np.sum(left[1] ** 2)))
+    return alike and all(trembles)
 
 
 def moving(position: Array) -> NDArray[np.bool_]:

@@ -18,7 +18,7 @@ from mocap.measurement import Measurement
 from mocap.plausible import refuse_implausible
 from mocap.tracking.detect import LEAST_CONTRAST
 from mocap.tracking.tracks import Tracks
-from mocap.views.summary import depth_effect
+from mocap.views.depths import behind_warning, depth_effect
 from scenarios.marking.film import Film
 from scenarios.marking.marking import Marking
 from scenarios.marking.pointing import SpotLook
@@ -150,6 +150,10 @@ def _depth(state: MarkingState, film: Film, result: Measurement | None) -> Lamp:
     body, count, cause = max(turned, key=lambda item: item[1], default=("", 0, ""))
     if count:
         return Lamp("depth", "amber", f"The {body} changes its size in {count} frames: {cause}.")
+    for said in behind_warning(result, markers):
+        return Lamp("depth", "red", f"{said[0].upper()}{said[1:]}.")
+    if markers.depth is not None:
+        return Lamp("depth", "green", "The marker file states depths.")
     effect = depth_effect(result, markers)
     if not effect["own_scale_of_reference"]:
         if "error_per_percent_mm" not in effect:

@@ -14,7 +14,7 @@ from mocap.motion.projection import at_frame_times
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import MarkerFile, MarkerFileError
 from mocap.tracking.noise import with_temporal_noise
-from mocap.views.summary import depth_effect, depth_warnings
+from mocap.views.depths import depth_effect, depth_warnings
 from tests.support.solid_bodies import SolidSip
 
 PROJECTED = float(np.hypot(*SolidSip.nose))

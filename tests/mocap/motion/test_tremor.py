@@ -15,7 +15,7 @@ from mocap.motion.smooth import removes_motion, smoothed
 from mocap.tracking.follow import follow
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import MarkerFile
-from mocap.tracking.noise import with_temporal_noise
+from mocap.tracking.noise import camera_shakes, with_temporal_noise
 from mocap.tracking.tracks import Tracks
 from mocap.video.frames import Video
 from tests.support.clips import EAR, LOWER, NOSE, TREMOR_HZ, UPPER, Clip, trembling
@@ -123,6 +123,17 @@ def test_noise_that_a_body_does_not_share_is_no_tremor(tmp_path: Path) -> None:
     assert np.median(noisy.sigma_px[:, 2:]) > 0.2
     trembled = true + 0.25 * trembling(tracks.time_s)
     assert kept(found.motion.relative_mm, trembled, tracks.time_s).max() < 0.5
+
+
+def test_what_trembles_in_both_bodies_is_the_camera(tmp_path: Path) -> None:
+    markers = marker_file(tmp_path)
+    still, _ = made_up(replace(TREMOR, tremor_mm=0.0))
+    hand, _ = made_up(TREMOR)
+    shake = 2.0 * trembling(still.time_s)[:, None]
+    held = replace(still, position_px=still.position_px + shake)
+    for tracks, shakes in ((still, False), (hand, False), (held, True)):
+        noisy = with_temporal_noise(tracks, bodies=markers.rigid_bodies)
+        assert camera_shakes(noisy, "ear", "package_lower") is shakes
 
 
 def test_what_is_removed_is_compared_with_what_noise_loses() -> None:

@@ -25,8 +25,8 @@ from mocap.tracking.noise import with_temporal_noise
 from mocap.tracking.tracks import Tracks, TracksError, read_tracks
 from mocap.video.channels import Pixels
 from mocap.video.frames import Video
+from mocap.views.depths import depth_effect
 from mocap.views.overlay import draw_frame
-from mocap.views.summary import depth_effect
 from tests.support.clips import Clip
 from tests.support.marks import slow
 
