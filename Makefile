@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-# Two workers, a file at a time, in order: the long files come first, so that both end together.
+# Two workers, a file at a time, in the order of tests/conftest.py: long files first, so that both end together.
 PYTEST := $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 # Bytecode is kept: workers and the many processes that tests start compile nothing again.
 unexport PYTHONDONTWRITEBYTECODE

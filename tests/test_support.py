@@ -1,9 +1,10 @@
-"""What is missing skips a test at a desk and fails it where nothing may be missing."""
+"""What is missing skips a test, or fails it where nothing may miss; what is shared is whole."""
 
 from pathlib import Path
 
 import pytest
 
+from tests.conftest import FIRST, turn
 from tests.support.optional import (
     DATA,
     ROOT,
@@ -13,6 +14,7 @@ from tests.support.optional import (
     needed_program,
     recorded_file,
 )
+from tests.support.shared import made_once
 
 
 @pytest.fixture(params=["0", "1"])
@@ -47,3 +49,29 @@ def test_what_is_there_is_handed_out(tmp_path):
 def test_recordings_lie_beside_the_checkout_or_where_the_variable_says():
     assert data_folder({}) == ROOT.parent / "shared" / "data"
     assert data_folder({DATA: "/elsewhere"}) == Path("/elsewhere")
+
+
+def test_what_runs_first_exists_and_nothing_else_is_moved():
+    assert all((ROOT / place).exists() for place in FIRST)
+    order = ["tests/test_layout.py::a", "tests/mocap/test_facing.py::b", f"{FIRST[0]}::c"]
+    assert sorted(order, key=turn) == order[::-1]
+
+
+def test_what_is_shared_is_made_once_and_whole(tmp_path, monkeypatch):
+    made = []
+
+    def make(place):
+        made.append(place)
+        place.mkdir()
+        if len(made) == 1:
+            raise KeyboardInterrupt
+        (place / "whole").touch()
+
+    monkeypatch.setenv("PYTEST_XDIST_WORKER", "gw0")
+    with pytest.raises(KeyboardInterrupt):
+        made_once(tmp_path / "gw0", "thing", make)
+    made[0].rmdir()
+    of_workers = {made_once(tmp_path / worker, "thing", make) for worker in ("gw0", "gw1")}
+    assert of_workers == {tmp_path / "shared" / "thing"}
+    assert (tmp_path / "shared" / "thing" / "whole").is_file()
+    assert len(made) == 2

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import fields
 from itertools import chain
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import shapely
 
 from fem2d.body.surface import edge_shapes
 from geometry2d.rigid import RigidPlacement, rotated
+from mocap.motion.motion import Motion
 from scenarios.cli.main import main
 from scenarios.results.increment import Increment
 from scenarios.results.solution import Snapshot, Solution
@@ -89,9 +91,21 @@ def test_no_point_of_a_lip_lies_inside_neck_or_teeth(solution: Solution):
     )
 
 
+def ending(motion: Motion, end_s: float) -> Motion:
+    """Return the beginning of a motion."""
+    kept = motion.time_s <= end_s
+    values = {field.name: getattr(motion, field.name) for field in fields(motion)}
+    arrays = {name: value[kept] for name, value in values.items() if isinstance(value, np.ndarray)}
+    return motion.with_(**arrays)
+
+
 def test_no_point_of_a_pulled_lip_lies_inside_neck_or_teeth(library_motion: Callable[[str], Path]):
+    """The upper lip is drawn up while the neck comes, let go, and closes over it from 3.2 s on."""
+    pulled_once = {"tense_from_s": (0.3,), "tense_to_s": (0.9,), "relax_from_s": (2.7,)}
     coarse = load_scenario("DC-AE", ["numerics.resolution=coarse"])
-    scenario = coarse.with_motion(library_motion("DC-AE"))
+    scenario = coarse.with_(muscle=pulled_once | {"relax_to_s": (3.5,)}).with_motion(
+        ending(Motion.read(library_motion("DC-AE")), 4.5)
+    )
     ready = prepared(scenario)
     overlaps: list[list[tuple[str, float]]] = []
     outcome = replay(scenario, on_increment=lambda it: overlaps.append(list(_overlaps(ready, it))))
@@ -104,11 +118,15 @@ def test_a_lip_driven_against_the_teeth_folds_without_passing_through_itself(
 ):
     """With the neck 2 mm nearer the inner side folds between lip and jaw, within 2 mm of itself.
 
+    The neck is nearest at 3.1 s.
+
     Contact is felt between nodes: one may poke a little into an edge, for an instant; edges there
     are 0.6 mm long.
     """
     nearer = ["numerics.resolution=coarse", "placement.shift_x_mm=-2"]
-    scenario = load_scenario("A38-F", nearer).with_motion(library_motion("A38-F"))
+    scenario = load_scenario("A38-F", nearer).with_motion(
+        ending(Motion.read(library_motion("A38-F")), 3.2)
+    )
     ready = prepared(scenario)
     edges = ready.lips.free_edges("lower")[:, [0, 2, 1]]
     apart = np.abs(np.subtract.outer(np.arange(len(edges)), np.arange(len(edges)))) > 1
