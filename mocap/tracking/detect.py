@@ -171,7 +171,13 @@ def unseen_at(at: tuple[float, float]) -> Detection:
     )
 
 
-def find_blobs(image: Image, *, polarity: str, offset: tuple[int, int] = (0, 0)) -> list[Blob]:
+def find_blobs(
+    image: Image,
+    *,
+    polarity: str,
+    offset: tuple[int, int] = (0, 0),
+    radius_px: float | None = None,
+) -> list[Blob]:
     """Return the round spots of a picture that contrast with their surroundings.
 
     Parameters
@@ -182,6 +188,9 @@ def find_blobs(image: Image, *, polarity: str, offset: tuple[int, int] = (0, 0))
         "dark", "light" or "auto" for both; "ring" for rings of either kind.
     offset
         Column and row (px) of the part in the whole picture, added to the positions returned.
+    radius_px
+        Radius of the spots that are wanted; the rough radius returned is between half of it and
+        twice as much. None: of any radius.
     """
     found: list[Blob] = []
     signs = {"dark": (-1,), "light": (1,)}.get(polarity, (-1, 1))
@@ -189,18 +198,28 @@ def find_blobs(image: Image, *, polarity: str, offset: tuple[int, int] = (0, 0))
     for block in (11, 21, 41, 81):
         if block > 2 * min(image.shape):
             break
+        if radius_px is not None and block < radius_px:
+            continue
         surround = _blurred(image, block)
         for sign in signs:
             stands_out = (sign * (smooth - surround) > 0.35 * LEAST_CONTRAST).astype(np.uint8)
             found += _round_components(stands_out, smooth, sign, block, offset)
+    if radius_px is not None:
+        found = [blob for blob in found if 0.5 < blob.radius / radius_px < 2.0]
     return _without_doubles(found)
 
 
-def detect(image: Image, *, polarity: str, offset: tuple[int, int] = (0, 0)) -> list[Detection]:
+def detect(
+    image: Image,
+    *,
+    polarity: str,
+    offset: tuple[int, int] = (0, 0),
+    radius_px: float | None = None,
+) -> list[Detection]:
     """Return all markers in a picture; arguments as for :func:`find_blobs`."""
     ring = polarity == "ring"
     detections: list[Detection] = []
-    for blob in find_blobs(image, polarity=polarity):
+    for blob in find_blobs(image, polarity=polarity, radius_px=radius_px):
         found = fit_blob(image, blob, ring=ring)
         if found is None or any(_same_place(found, other) for other in detections):
             continue

@@ -299,19 +299,21 @@ class Tracker:
     def _candidates(
         self, shown: Pixels, at: tuple[float, float], gate: float, follower: Follower
     ) -> list[Detection]:
-        margin = gate + 3 * follower.appearance.radius + 6
+        look = follower.appearance
+        if not math.isfinite(look.contrast):
+            return []  # nothing resembles a marker of which no look is known
+        margin = gate + 3 * look.radius + 6
         height, width = shown.shape
         left, right = max(int(at[0] - margin), 0), min(int(at[0] + margin) + 1, width)
         top, bottom = max(int(at[1] - margin), 0), min(int(at[1] + margin) + 1, height)
         if right - left < 12 or bottom - top < 12:
             return []
-        polarity = "dark" if follower.appearance.contrast < 0 else "light"
-        if follower.appearance.ring:
+        polarity = "dark" if look.contrast < 0 else "light"
+        if look.ring:
             polarity = "ring"
-        channel = follower.appearance.channel
-        part = shown.seen_in(channel)[top:bottom, left:right]
-        found = detect(part, polarity=polarity, offset=(left, top))
-        return [replace(spot, channel=channel) for spot in found]
+        part = shown.seen_in(look.channel)[top:bottom, left:right]
+        found = detect(part, polarity=polarity, offset=(left, top), radius_px=look.radius)
+        return [replace(spot, channel=look.channel) for spot in found]
 
     def _expected(self, follower: Follower, found: Mapping[str, Detection]) -> tuple[float, float]:
         """Return the expected position, px; detected markers of its body carry a lost one along."""

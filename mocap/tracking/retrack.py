@@ -3,7 +3,8 @@
 A correction of one marker in one frame changes its own track from there on: in a dropout up to
 where it is seen again, elsewhere up to the next position set by hand. It may bring back marks of
 its body that were lost meanwhile. Every other position was measured before and is taken as it is,
-without a look at the picture. The pass ends where it finds again what was found before.
+without a look at the picture. The pass ends where it finds again what was found before, or where it
+has not found the marker for as long as dropouts are bridged.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from mocap.tracking.detect import Detection, unseen_at
 from mocap.tracking.link import SAME_PLACE_PX, Guide, Tracker
 from mocap.tracking.locate import fit_near
 from mocap.tracking.markers import MarkerFile
-from mocap.tracking.tracks import Tracks
+from mocap.tracking.tracks import LONGEST_BRIDGE_S, Tracks
 from mocap.video.channels import Pixels
 from mocap.video.frames import Frame, Video
 
@@ -103,6 +104,9 @@ def retrack(
         draft.record(tracker, row, depends)
         alike = alike + 1 if draft.finds_the_same(row) else 0
         if alike == FRAMES_ALIKE:
+            break
+        if draft.searched_s(row) > LONGEST_BRIDGE_S:
+            draft.lose(row + 1)
             break
         if progress is not None:
             progress((row + 1 - first) / (draft.end - first), "tracking again")
@@ -253,6 +257,17 @@ class _Draft:
             return False
         away = self.now.position_px[row, k] - self.before.position_px[row, k]
         return math.hypot(*away) < SAME_PLACE_PX
+
+    def searched_s(self, row: int) -> float:
+        """Return how long the marker has been lost in a row since it was known, s."""
+        known = np.flatnonzero(self.now.known(self.now.names[self.marker])[self.row : row + 1])
+        since = self.row + (int(known[-1]) if known.size else 0)
+        return float(self.now.time_s[row] - self.now.time_s[since])
+
+    def lose(self, first: int) -> None:
+        """Drop what the marker's earlier track says from a row on, as far as it depended."""
+        for row in range(first, self.end):
+            self.write(row, self.marker, math.nan, math.nan, math.nan, "lost")
 
     def distrust(self, frames: frozenset[int]) -> None:
         """Drop what is seen in repeated or blended frames and was not seen there before."""

@@ -32,6 +32,9 @@ PLACE_TOLERANCE, ROUNDED_S = 0.25, 1e-3
 MOST_CELLS = 2_000_000
 """Frames times markers of a table; one with more rows than that may have as many."""
 
+LONGEST_BRIDGE_S = 1.0
+"""Dropouts up to this length are interpolated, s."""
+
 
 class TracksError(DrinksimError):
     """A table of tracks that cannot be used."""
@@ -79,7 +82,7 @@ class Tracks:
         return known
 
     def interpolated(
-        self, *, longest_s: float = 1.0, acceleration_px: float | None = None
+        self, *, longest_s: float = LONGEST_BRIDGE_S, acceleration_px: float | None = None
     ) -> Tracks:
         """Return the tracks with their dropouts interpolated by cubic curves.
 

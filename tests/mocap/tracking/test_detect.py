@@ -151,6 +151,23 @@ def test_everything_in_a_picture_is_found_with_its_polarity() -> None:
     assert all(d.contrast > 0 for d in light)
 
 
+def test_spots_of_a_radius_are_those_of_any_radius_that_have_it() -> None:
+    import cv2
+
+    picture = np.full((160, 240), 200, np.uint8)
+    for at, radius in (((50, 50), 4), (((120, 60), 9)), ((190, 90), 20), ((70, 120), 10)):
+        cv2.circle(picture, at, radius, 40, -1, cv2.LINE_AA)
+    picture = cv2.GaussianBlur(picture, (0, 0), 0.8)
+    every = detect(picture, polarity="dark")
+    assert len(every) == 4
+    wanted = detect(picture, polarity="dark", radius_px=9.5)
+    assert {(s.x, s.y) for s in wanted} >= {(s.x, s.y) for s in every if 8 < s.radius < 12}
+    assert not any(s.radius > 19 for s in wanted)
+    assert {s.radius for s in detect(picture, polarity="dark", radius_px=20)} >= {
+        s.radius for s in every if s.radius > 19
+    }
+
+
 def test_positions_of_a_part_are_those_of_the_whole() -> None:
     image = drawn(30.2, 24.6)
     whole = find_blobs(image, polarity="dark")

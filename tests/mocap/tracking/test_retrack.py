@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mocap.tracking.retrack as module
-from mocap.tracking.detect import refit
+from mocap.tracking.detect import detect, refit
 from mocap.tracking.follow import follow
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import MarkerFile
@@ -69,6 +69,27 @@ def test_a_wrong_stretch_is_mended_and_the_rest_is_left_alone(
     others = [k for k in range(len(tracks.names)) if k != nose]
     np.testing.assert_array_equal(found.position_px[:, others], wrong.position_px[:, others])
     assert (wrong.status == tracks.status).all(), "the tracks that were given are not changed"
+
+
+def test_a_drag_to_where_nothing_is_is_given_up_after_a_second(
+    clear: tuple[Video, MarkerFile, Tracks], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    film, file, tracks = clear
+    searches = []
+    monkeypatch.setattr(
+        "mocap.tracking.link.detect", lambda *a, **k: searches.append(1) or detect(*a, **k)
+    )
+    monkeypatch.setattr(module, "LONGEST_BRIDGE_S", 0.4)
+    nose = tracks.names.index("nose")
+    x, y = tracks.position_px[8, nose]
+    found = retrack(film, file, tracks, Correction("nose", 8, (x + 18.0, y + 30.0), 0.5))
+    assert found.status[8, nose] == "fixed"
+    assert (found.status[9:, nose] == "lost").all()
+    assert np.isnan(found.position_px[9:, nose]).all()
+    assert len(searches) <= 0.4 * CLEAR.fps + 1 < CLEAR.frames - 9
+    np.testing.assert_array_equal(found.position_px[:8], tracks.position_px[:8])
+    others = [k for k in range(len(tracks.names)) if k != nose]
+    np.testing.assert_array_equal(found.position_px[:, others], tracks.position_px[:, others])
 
 
 def test_the_next_position_set_by_hand_ends_what_depends(

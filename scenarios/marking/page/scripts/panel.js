@@ -77,7 +77,7 @@ function drawLengths(act) {
     input.addEventListener("keydown", (event) => {
       if (event.key === "Enter") setLength(input, act);
     });
-    const label = element("label", {}, `${length.pair.join(" – ")} `, input, " mm");
+    const label = element("label", {}, `${length.pair.join(" – ")} `, measure(input, " mm"));
     const set = element("button", { type: "button", textContent: "Set" });
     set.dataset.key = `set-${body}`;
     set.addEventListener("click", () => setLength(input, act));
@@ -93,6 +93,10 @@ function drawLengths(act) {
   if (!store.ruler.length && !find("#lengths").contains(document.activeElement)) find("#keypad").hidden = true;
 }
 
+function measure(input, unit) {
+  return element("span", { className: "measure" }, input, unit);
+}
+
 function rulerLength(body, act) {
   const input = element("input", { type: "text", inputMode: "decimal", autocomplete: "off" });
   input.dataset.ruler = body;
@@ -102,7 +106,7 @@ function rulerLength(body, act) {
   });
   const set = element("button", { type: "button", textContent: "Set the ruler's length" });
   set.addEventListener("click", () => setLength(input, act));
-  return element("span", { className: "row" }, element("label", {}, "the ruler is ", input, " mm long"), set);
+  return element("span", { className: "row" }, element("label", {}, "the ruler is ", measure(input, " mm long")), set);
 }
 
 function setLength(input, act) {
