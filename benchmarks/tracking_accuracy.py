@@ -116,7 +116,7 @@ class Outcome:
         """Return the errors of relative position (n, 2) mm and rotation (n,) rad."""
         place, turn = relative_truth(self.truths)
         motion = self.measured.motion
-        rows = np.searchsorted(self.tracks.frame, motion.frame)
+        rows = np.searchsorted(self.tracks.frame, self.measured.capture.frame)
         first = rows[0]
         turn = turn - turn[first]
         return motion.relative_mm - _seen_from(place, self.truths, first)[rows], (

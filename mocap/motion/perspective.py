@@ -145,16 +145,23 @@ class Perspective:
         return replace(self, behind=behind if behind > MOST_BEHIND else 0.0)
 
     def level(self, flat: Array, tracks: Tracks, markers: MarkerFile, centre: Array) -> Array:
-        """Return corrected positions (n, m, 2), px, with a body's first marks at one depth."""
+        """Return corrected positions (n, m, 2), px, with the marks of a body at one depth.
+
+        That is the geometric mean of its first two marks' depths.
+        """
         moved = flat
         for body, ratio in self.ratios.items():
-            if not ratio.log_ratio:
+            pair = markers.bodies[body][:2]
+            if ratio.source == "assumed":
                 continue
-            if moved is flat:
-                moved = flat.copy()
-            for name, sign in zip(markers.bodies[body][:2], (-0.5, 0.5), strict=True):
+            half = float(np.exp(0.5 * ratio.log_ratio))
+            farther = {pair[0]: 1 / half, pair[1]: half}
+            if ratio.source == "stated" and markers.depth is not None:
+                farther = markers.depth.farther(pair)
+            moved = flat.copy()
+            for name in farther:
                 k = tracks.names.index(name)
-                moved[:, k] = centre + (flat[:, k] - centre) * np.exp(sign * ratio.log_ratio)
+                moved[:, k] = centre + (flat[:, k] - centre) * farther[name]
         return moved
 
     def shared_covariance(

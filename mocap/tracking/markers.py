@@ -6,6 +6,7 @@ from the centre of the upper left pixel, x to the right, y down.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -103,6 +104,12 @@ class Depths:
     def known(self, pair: tuple[str, ...]) -> bool:
         """Whether the depths of all these marks are stated."""
         return all(name in self.nearer_mm for name in pair)
+
+    def farther(self, pair: tuple[str, ...]) -> dict[str, float]:
+        """Return depths of all stated marks over the geometric mean of those of two of them."""
+        away = {name: self.camera_mm - nearer for name, nearer in self.nearer_mm.items()}
+        mean = math.sqrt(away[pair[0]] * away[pair[1]])
+        return {name: depth / mean for name, depth in away.items()}
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from mocap.measurement import Measurement, measure
+from mocap.motion.perspective import Perspective, stated_ratio
 from mocap.motion.projection import at_frame_times
 from mocap.tracking.marker_file import read_markers
 from mocap.tracking.markers import MarkerFile, MarkerFileError
@@ -90,6 +91,25 @@ def test_stated_depths_need_no_distance_of_ear_and_nose(tmp_path: Path) -> None:
     blind, _ = measured(sip, marker_file(tmp_path, None))
     assert errors(sip, blind)[0] > 2.0
     assert errors(sip, blind)[1] > 0.95
+
+
+def test_a_third_mark_of_stated_depth_is_levelled_too(tmp_path: Path) -> None:
+    path = tmp_path / "markers.toml"
+    path.write_text(
+        "[scale]\npackage = 20\n[depth]\ncamera = 1000\near = 60\nnose = 10\nbrow = 30\n"
+        '[bodies]\nhead = ["ear", "nose", "brow"]\npackage = ["low", "high"]\n[markers]\n'
+    )
+    markers = read_markers(path)
+    depths = 1000.0 - np.array([60, 10, 30])
+    assert markers.depth is not None
+    told = stated_ratio(markers.depth, ("ear", "nose"))
+    tracks = replace(SolidSip().tracks(), names=("ear", "nose", "brow", "low"))
+    places = np.array([[100.0, 20], [-40, 60], [10, -70], [5, 5]])
+    filmed = 50 + np.concatenate([places[:3] / depths[:, None], places[3:]])[None]
+    level = Perspective({"head": told}).level(filmed, tracks, markers, np.array([50.0, 50.0]))
+    mean = np.sqrt(depths[0] * depths[1])
+    np.testing.assert_allclose(level[0, :3], 50 + places[:3] / mean, rtol=1e-12)
+    np.testing.assert_array_equal(level[0, 3], filmed[0, 3])
 
 
 def test_a_distance_through_space_is_told_from_one_in_the_picture(tmp_path: Path) -> None:
