@@ -96,6 +96,36 @@ def _normal_equations(
 
 
 @compiled
+def eliminate(matrix: Array, right: Array) -> None:
+    """Put the solution (n, k) of ``matrix`` (n, n) times it in the place of ``right``.
+
+    Gauss's elimination with the largest pivot of a column; ``matrix`` is used up. Eleven unknowns
+    need no library, whose solver takes as long to compile as all the rest of the fit.
+    """
+    n = matrix.shape[0]
+    for k in range(n):
+        pivot = k
+        for i in range(k + 1, n):
+            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
+                pivot = i
+        for j in range(n):
+            matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
+        for j in range(right.shape[1]):
+            right[k, j], right[pivot, j] = right[pivot, j], right[k, j]
+        for i in range(k + 1, n):
+            factor = matrix[i, k] / matrix[k, k]
+            for j in range(k, n):
+                matrix[i, j] -= factor * matrix[k, j]
+            for j in range(right.shape[1]):
+                right[i, j] -= factor * right[k, j]
+    for i in range(n - 1, -1, -1):
+        for j in range(right.shape[1]):
+            for m in range(i + 1, n):
+                right[i, j] -= matrix[i, m] * right[m, j]
+            right[i, j] /= matrix[i, i]
+
+
+@compiled
 def fit_disc(
     pixels: NDArray[np.uint8], start: Array, reach: float, ring: bool
 ) -> tuple[Array, Array, Array, bool]:
@@ -133,9 +163,11 @@ def fit_disc(
         matrix = normal[:count, :count].copy()
         for i in range(count):
             matrix[i, i] += damping * matrix[i, i] + 1e-12
-        step = np.linalg.solve(matrix, right[:count])
+        step = right[:count].copy().reshape(count, 1)
+        eliminate(matrix, step)
         trial = p.copy()
-        trial[:count] += step
+        for i in range(count):
+            trial[i] += step[i, 0]
         shrunk = trial[2] * trial[4] - trial[3] * trial[3]
         admissible = shrunk > 0.0 and trial[2] > 0.0 and 0.3 < trial[5] < 200.0
         if ring:
@@ -149,7 +181,7 @@ def fit_disc(
             )
         if trial_cost <= cost:
             gain = cost - trial_cost
-            moved = math.hypot(step[0], step[1])
+            moved = math.hypot(step[0, 0], step[1, 0])
             p, cost = trial, trial_cost
             normal, trial_normal = trial_normal, normal
             right, trial_right = trial_right, right
@@ -179,7 +211,12 @@ def centre_covariance(
     """
     count = 11 if ring else 10
     rows, columns = residual.shape
-    gain = np.linalg.solve(normal[:count, :count] + 1e-12 * np.eye(count), np.eye(count)[:, :2])
+    gain = np.zeros((count, 2))
+    gain[0, 0] = gain[1, 1] = 1.0
+    matrix = normal[:count, :count].copy()
+    for i in range(count):
+        matrix[i, i] += 1e-12
+    eliminate(matrix, gain)
     influence = np.zeros((2, rows, columns))
     odd = np.zeros((rows, columns))
     valid = np.zeros((rows, columns))
@@ -237,7 +274,9 @@ def centre_covariance(
                 white[0, 0], white[0, 1], white[1, 1] = noise * xx, noise * xy, noise * yy
     # An estimate of the correlation may be negative by chance; half of white noise is the least.
     if covariance[0, 0] < 0.5 * white[0, 0] or covariance[1, 1] < 0.5 * white[1, 1]:
-        covariance[:] = 0.5 * white
+        for i in range(2):
+            for j in range(2):
+                covariance[i, j] = 0.5 * white[i, j]
     # Rounding to whole grey levels adds a variance of 1/12.
     for row in range(rows):
         for column in range(columns):
