@@ -252,7 +252,7 @@ def _state(
     def evaluate(log_side: float) -> tuple[float, bool]:
         x[3] = math.exp(log_side)
         _, admissible = section_response(
-            packed, STRESS, x, 0.0, False, 2, False, P, A, block, scratch
+            packed, STRESS, x, 0.0, False, 2, False, P, A, block, scratch, True
         )
         return x[3] * P[3], admissible
 

@@ -247,7 +247,7 @@ def free_height(material: Material, plane: Plane, stretch: float) -> tuple[float
     def traction(log_side: float) -> float:
         x[3] = math.exp(log_side)
         _, admissible = section_response(
-            packed, plane.value, x, 0.0, False, 2, False, P, A, block, scratch
+            packed, plane.value, x, 0.0, False, 2, False, P, A, block, scratch, True
         )
         return float(P[3]) if admissible else math.copysign(math.inf, log_side)
 

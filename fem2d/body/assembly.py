@@ -38,9 +38,14 @@ def section_response(
     A: Array,
     block: Array,
     scratch: Array,
+    fibres: bool | None,
 ) -> tuple[float, bool]:
-    """Call the law that ``packed`` describes; arguments as of its function."""
-    if packed[0] == FIBRES:
+    """Call the law that ``packed`` describes; arguments as of its function.
+
+    ``fibres`` is None where no law has any. What None rules out is not compiled: laws with fibres
+    take as long as all others.
+    """
+    if fibres is not None and packed[0] == FIBRES:
         return fibres_section(packed, plane, x, pressure, mixed, order, psd, P, A, scratch)
     return principal_section(packed, plane, x, pressure, mixed, order, psd, P, A, block, scratch)
 
@@ -92,6 +97,7 @@ def section_stresses(
     mixed: bool,
     order: int,
     psd: bool,
+    fibres: bool | None,
     energy: Array,
     stress: Array,
 ) -> None:
@@ -108,7 +114,7 @@ def section_stresses(
         for q in range(points):
             energy[e, q], _ = section_response(
                 laws[law_of[e]], plane, components[e, q], 0.0, mixed, order, psd, stress[e, q], A,
-                block, scratch,
+                block, scratch, fibres,
             )  # fmt: skip
 
 
@@ -184,6 +190,7 @@ def assemble(
     mixed: bool,
     order: int,
     psd: bool,
+    fibres: bool | None,
     first_slot: Index32,
     packed_length: Index,
     first: int,
@@ -207,9 +214,10 @@ def assemble(
         (e, q, 5) components of F in the undeformed body, or one for all points (1, 1, 5).
     laws, law_of
         (m, k) packed parameters of the laws and (e,) which one each element has.
-    plane, mixed, order, psd
+    plane, mixed, order, psd, fibres
         The section assumption; whether volumetric energies are those of element means; 0 energy,
-        1 also force, 2 also stiffness; whether point tangents are clamped.
+        1 also force, 2 also stiffness; whether point tangents are clamped; True if a law has
+        fibres, else None.
     first_slot, packed_length
         (e, a, a) data position of each pair of nodes, (n,) length of the two rows of a node.
     first, last
@@ -247,7 +255,7 @@ def assemble(
             grads, shape = gradients[e, q], values[q]
             gradient_at(u, nodes, grads, shape, radius[e, q], start_of(start, e, q), plane, x)
             density, admissible = section_response(
-                packed, plane, x, pressure, mixed, order, psd, P, A, block, scratch
+                packed, plane, x, pressure, mixed, order, psd, P, A, block, scratch, fibres
             )
             if not admissible:
                 break

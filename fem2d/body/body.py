@@ -28,6 +28,7 @@ from fem2d.body.fields import Fields, fields_from
 from fem2d.body.kinematics import Plane
 from fem2d.body.sparse import SparsePattern
 from fem2d.body.surface import Surface
+from fem2d.materials.fibre_kernels import FIBRES
 from fem2d.materials.material import Material
 from fem2d.threads import ONE_THREAD, Threads
 
@@ -279,8 +280,9 @@ class Body:
         )  # fmt: skip
         piola, energy = np.zeros_like(components), np.empty(self.weights.shape)
         section_stresses(
-            components, self._laws, self.material_of, plane, False, 1, False, energy, piola
-        )
+            components, self._laws, self.material_of, plane, False, 1, False, self._fibres, energy,
+            piola,
+        )  # fmt: skip
         return components, piola, energy
 
     def mass(self, density_tonne_per_mm3: float) -> Array:
@@ -402,6 +404,7 @@ class Body:
                 self.element.mean_dilatation,
                 order,
                 psd,
+                self._fibres,
                 self._first_slot,
                 self.pattern.row_length,
                 first,
@@ -461,6 +464,11 @@ class Body:
         for target, row in zip(table, rows, strict=True):
             target[: len(row)] = row
         return table
+
+    @cached_property
+    def _fibres(self) -> bool | None:
+        """True if a law has fibres, else None: see `fem2d.body.assembly.section_response`."""
+        return True if np.any(self._laws[:, 0] == FIBRES) else None
 
     @cached_property
     def _first_slot(self) -> NDArray[np.int32]:

@@ -134,10 +134,7 @@ def refit(image: Image, start: Array, *, ring: bool = False) -> Detection | None
         local[1] -= top
         before = local[:2].copy()
         reach = _reach(parameters)
-        try:
-            fitted, residual, normal, converged = fit_disc(pixels, local, reach, ring)
-        except np.linalg.LinAlgError:
-            return None  # in flat surroundings several parameters do the same
+        fitted, residual, normal, converged = fit_disc(pixels, local, reach, ring)
         if not converged or not np.isfinite(fitted).all():
             return None
         moved = float(np.hypot(*(fitted[:2] - before)))
@@ -147,10 +144,9 @@ def refit(image: Image, start: Array, *, ring: bool = False) -> Detection | None
         same_window = moved < 0.75 and abs(_reach(parameters) - reach) < 1.0
         if same_window:
             break
-    try:
-        covariance = centre_covariance(fitted, residual, normal, before, reach, ring)
-    except np.linalg.LinAlgError:
-        return None
+    covariance = centre_covariance(fitted, residual, normal, before, reach, ring)
+    if not np.isfinite(covariance).all():
+        return None  # in flat surroundings several parameters do the same
     return _detection(parameters, residual, covariance, ring)
 
 

@@ -20,6 +20,8 @@ ITERATIONS = 40
 CENTRE_TOLERANCE = 1e-3
 # Distance in pixels over which the noise of compression is correlated.
 LAGS = 4
+# A pivot that is a smaller share of the largest number of its column is rounding.
+SINGULAR = 1e-14
 
 
 @compiled
@@ -96,18 +98,25 @@ def _normal_equations(
 
 
 @compiled
-def eliminate(matrix: Array, right: Array) -> None:
+def eliminate(matrix: Array, right: Array) -> bool:
     """Put the solution (n, k) of ``matrix`` (n, n) times it in the place of ``right``.
 
-    Gauss's elimination with the largest pivot of a column; ``matrix`` is used up. Eleven unknowns
-    need no library, whose solver takes as long to compile as all the rest of the fit.
+    Gauss's elimination with the largest pivot of a column; ``matrix`` is used up. False if it is
+    singular. Eleven unknowns need no library, whose solver takes as long to compile as all the rest
+    of the fit.
     """
     n = matrix.shape[0]
+    size = np.zeros(n)
+    for i in range(n):
+        for j in range(n):
+            size[j] = max(size[j], abs(matrix[i, j]))
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):
             if abs(matrix[i, k]) > abs(matrix[pivot, k]):
                 pivot = i
+        if not abs(matrix[pivot, k]) > SINGULAR * size[k]:
+            return False
         for j in range(n):
             matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
         for j in range(right.shape[1]):
@@ -123,6 +132,7 @@ def eliminate(matrix: Array, right: Array) -> None:
             for m in range(i + 1, n):
                 right[i, j] -= matrix[i, m] * right[m, j]
             right[i, j] /= matrix[i, i]
+    return True
 
 
 @compiled
@@ -164,7 +174,8 @@ def fit_disc(
         for i in range(count):
             matrix[i, i] += damping * matrix[i, i] + 1e-12
         step = right[:count].copy().reshape(count, 1)
-        eliminate(matrix, step)
+        if not eliminate(matrix, step):
+            return p, residual, normal, False
         trial = p.copy()
         for i in range(count):
             trial[i] += step[i, 0]
@@ -203,7 +214,7 @@ def fit_disc(
 def centre_covariance(
     p: Array, residual: Array, normal: Array, centre: Array, reach: float, ring: bool
 ) -> Array:
-    """Return the covariance (2, 2) px² of the fitted centre.
+    """Return the covariance (2, 2) px² of the fitted centre; nan if the pixels do not fix it.
 
     The centre's error is Σ h(x) e(x) with the influence h = (JᵀJ)⁻¹ J of each pixel. Its variance
     is Σ Σ h(x) h(x + l) C(l), where the noise's covariance C at lags l comes from the residual's
@@ -216,7 +227,8 @@ def centre_covariance(
     matrix = normal[:count, :count].copy()
     for i in range(count):
         matrix[i, i] += 1e-12
-    eliminate(matrix, gain)
+    if not eliminate(matrix, gain):
+        return np.full((2, 2), math.nan)
     influence = np.zeros((2, rows, columns))
     odd = np.zeros((rows, columns))
     valid = np.zeros((rows, columns))
