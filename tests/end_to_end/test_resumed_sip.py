@@ -14,10 +14,10 @@ from scenarios.sip.replay import Outcome, replay
 pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(scope="module")
-def scenario(library_motion: Callable[[str], Path]) -> Scenario:
-    coarse = load_scenario("A38-F", ["numerics.resolution=coarse"])
-    return coarse.with_motion(library_motion("A38-F"))
+@pytest.fixture(scope="module", params=["coarse", "quick"])
+def scenario(library_motion: Callable[[str], Path], request: pytest.FixtureRequest) -> Scenario:
+    filmed = load_scenario("A38-F", [f"numerics.resolution={request.param}"])
+    return filmed.with_motion(library_motion("A38-F"))
 
 
 def stopped(
