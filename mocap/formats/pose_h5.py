@@ -5,8 +5,9 @@ axis, node, frame), or as (frame, track, node, axis) in the order that later ver
 is the film's first. Source: SLEAP's and sleap-io's documentation of "analysis HDF5".
 
 DeepLabCut: a pandas table (``format="table"``) whose rows are frames, with the scorer, the animal
-if there are several, the point, and x, y, likelihood as labels of its columns. Source: pandas,
-"HDF5 (PyTables)", and DeepLabCut's own reader.
+if there are several, the point, and x, y, likelihood as labels of its columns; what was labelled by
+hand is in :mod:`mocap.formats.hand_labels_h5`. Source: pandas, "HDF5 (PyTables)", and DeepLabCut's
+own reader.
 """
 
 from __future__ import annotations
@@ -20,8 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.foundation.text import quoted, short
+from mocap.formats.hand_labels_h5 import BLOCK_VALUES, read_hand_labels
 from mocap.formats.marker_table import ExchangeError, MarkerTable, checked_table, refuse_size
-from mocap.formats.pose_tables import points_of_columns
+from mocap.formats.pose_tables import label_parts, points_of_columns
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -51,11 +53,13 @@ def read_pose_h5(path: Path | str) -> MarkerTable:
             for group in data.values():
                 if isinstance(group, h5py.Group) and TABLE in group:
                     return _deeplabcut(file, group[TABLE])
+                if isinstance(group, h5py.Group) and BLOCK_VALUES in group:
+                    return read_hand_labels(file, group)
     except ExchangeError:
         raise
     except UnicodeDecodeError:
         raise ExchangeError(f"{file}: a name in it is no text; export it again") from None
-    except (OSError, KeyError, TypeError, ValueError, RuntimeError) as error:
+    except (OSError, LookupError, TypeError, ValueError, RuntimeError) as error:
         raise ExchangeError(
             f"{file}: cannot be read as HDF5 of points ({short(str(error))})"
         ) from None
@@ -99,13 +103,9 @@ def _deeplabcut(file: Path, table: Any) -> MarkerTable:
             f"{file}: its rows are not numbered frames with {len(labels)} values each; export the "
             "CSV of the same name"
         )
-    parts = [label[-2] for label in labels]
-    animals = {label[1] for label in labels if len(label) == 4}
-    if len(animals) > 1:
-        parts = [f"{label[1]}_{label[2]}" for label in labels]
     order = np.argsort(frames, kind="stable")
     titles = [label[-1].lower() for label in labels]
-    names, positions = points_of_columns(file, parts, titles, values[order])
+    names, positions = points_of_columns(file, label_parts(labels), titles, values[order])
     return checked_table(
         file, frames[order] * 1.0, names, positions, "px", frame=frames[order].astype(int)
     )

@@ -6,6 +6,7 @@ Sources: the projects' documentation of their CSV files.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias
 
@@ -138,13 +139,28 @@ def points_of_columns(
 def _frame_number(file: Path, row: TableRow, column: int) -> int:
     """Return the frame of a row: a whole number, or the digits at the end of a file's name."""
     cell = row.cells[column] if column < len(row.cells) else ""
-    value = number(cell)
-    if value is None:
-        stem = cell.rpartition(".")[0]
-        value = number(stem[len(stem.rstrip("0123456789")) :])
-    if value is None or value != int(value) or value < 0:
+    frame = frame_of_name(cell)
+    if frame is None:
         raise ExchangeError(
             f"{file} line {row.line}: column {column + 1} is {quoted(cell)}, not the number of a "
             "frame"
         )
-    return int(value)
+    return frame
+
+
+def frame_of_name(text: str) -> int | None:
+    """Return the frame that a text names: a whole number, or the digits that end a file's name."""
+    value = number(text)
+    if value is None:
+        stem = text.rpartition(".")[0]
+        value = number(stem[len(stem.rstrip("0123456789")) :])
+    return None if value is None or value != int(value) or value < 0 else int(value)
+
+
+def label_parts(labels: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return the point that each column of DeepLabCut belongs to, with its animal if several are.
+
+    A label is scorer, animal (if there are any), point, and coordinate.
+    """
+    several = len({label[1] for label in labels if len(label) == 4}) > 1
+    return [f"{label[1]}_{label[2]}" if several else label[-2] for label in labels]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from dataclasses import fields
 from pathlib import Path
 
 from scenarios.cli.parser import Parser
@@ -76,6 +77,16 @@ def add_out(parser: Parser) -> None:
     parser.add_argument(
         "--out", metavar="DIR", type=Path, required=True, help="directory for the results"
     )
+
+
+def add_interval(parser: Parser) -> None:
+    """Add which part of a film is used, and at which rate its camera took it."""
+    from mocap.convert import ConvertOptions
+
+    what = {field.name: about(field) for field in fields(ConvertOptions)}
+    parser.add_argument("--start", metavar="S", type=float, help=what["start_s"])
+    parser.add_argument("--end", metavar="S", type=float, help=what["end_s"])
+    parser.add_argument("--fps", metavar="RATE", type=float, help=what["fps"])
 
 
 def add_workers(parser: Parser) -> None:

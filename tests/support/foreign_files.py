@@ -68,3 +68,34 @@ def deeplabcut_h5(file: Path, *, animals: tuple[str, ...] = (), protocol: int = 
         table = data.create_group("df_with_missing").create_dataset("table", data=rows)
         table.attrs["values_block_0_kind"] = np.void(pickle.dumps(labels, protocol))
     return file
+
+
+def hand_labels_h5(
+    file: Path, pictures: list[tuple[str, ...]], values: np.ndarray, *, animal: str = ""
+) -> Path:
+    """As ``DataFrame.to_hdf(key="df_with_missing")`` writes labels set by hand in DeepLabCut.
+
+    Each picture is one text or folder, film and file; values (pictures, 4) are x and y of both
+    points. The last column is a block of its own, as whole numbers are.
+    """
+    middle = (animal,) if animal else ()
+    labels = [("me", *middle, part, letter) for part in NODES for letter in "xy"]
+    with h5py.File(file, "w") as data:
+        group = data.create_group("df_with_missing")
+        _levels(group, "axis0", labels)
+        if len(pictures[0]) == 1:
+            group["axis1"] = np.array([picture[0].encode() for picture in pictures])
+        else:
+            _levels(group, "axis1", pictures)
+        for name, columns in (("block0", slice(0, 3)), ("block1", slice(3, 4))):
+            _levels(group, f"{name}_items", labels[columns])
+            group[f"{name}_values"] = values[:, columns]
+    return file
+
+
+def _levels(group: h5py.Group, axis: str, labels: list[tuple[str, ...]]) -> None:
+    """Write labels as pandas numbers them: sorted names of each level, and numbers into them."""
+    for level, names in enumerate(zip(*labels, strict=True)):
+        known = sorted(set(names))
+        group[f"{axis}_level{level}"] = np.array([name.encode() for name in known])
+        group[f"{axis}_label{level}"] = np.array([known.index(name) for name in names], np.int8)

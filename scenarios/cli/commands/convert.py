@@ -11,7 +11,7 @@ from geometry2d.foundation.progress import progress_line
 from mocap.convert import ConvertOptions
 from mocap.formats.table_motion import ENDINGS, PositionOptions, convert_positions
 from mocap.tracking.marker_file import EXAMPLE
-from scenarios.cli.options import add_out, add_settings, given_settings, settings_of
+from scenarios.cli.options import add_interval, add_out, add_settings, given_settings, settings_of
 from scenarios.cli.parser import Parser, warn
 from scenarios.settings.scenario import Recording
 from scenarios.settings.tables import SettingError
@@ -34,11 +34,9 @@ def arguments(parser: Parser) -> None:
         help="marker file (TOML); a film with coded stickers needs none",
     )
     add_out(parser)
+    add_interval(parser)
     what = {field.name: about(field) for field in dataclasses.fields(ConvertOptions)}
-    parser.add_argument("--start", metavar="S", type=float, help=what["start_s"])
-    parser.add_argument("--end", metavar="S", type=float, help=what["end_s"])
     parser.add_argument("--tracks", metavar="FILE", type=Path, help=what["tracks"])
-    parser.add_argument("--fps", metavar="RATE", type=float, help=what["fps"])
     add_settings(parser, PositionOptions)
 
 

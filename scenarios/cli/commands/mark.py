@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from argparse import Namespace
 from pathlib import Path
 
 from geometry2d.foundation.progress import progress_line
-from mocap.convert import ConvertOptions
-from scenarios.cli.options import add_out
+from scenarios.cli.options import add_interval, add_out
 from scenarios.cli.parser import Parser, complain
-from scenarios.settings.writing import about
 
 
 def arguments(parser: Parser) -> None:
@@ -23,10 +20,7 @@ def arguments(parser: Parser) -> None:
         help="marker file (TOML) to start from; what was marked in --out before is gone on with",
     )
     add_out(parser)
-    what = {field.name: about(field) for field in dataclasses.fields(ConvertOptions)}
-    parser.add_argument("--start", metavar="S", type=float, help=what["start_s"])
-    parser.add_argument("--end", metavar="S", type=float, help=what["end_s"])
-    parser.add_argument("--fps", metavar="RATE", type=float, help=what["fps"])
+    add_interval(parser)
     parser.add_argument(
         "--no-browser", action="store_true", help="only print the address, open no browser"
     )

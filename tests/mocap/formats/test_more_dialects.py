@@ -16,7 +16,15 @@ from mocap.convert import given_tracks
 from mocap.formats.c3d import read_c3d, write_c3d
 from mocap.formats.exchange import read_positions
 from mocap.formats.marker_table import ExchangeError, MarkerTable
-from tests.support.foreign_files import FRAMES, KVA, NODES, PLACES, deeplabcut_h5, sleap_h5
+from tests.support.foreign_files import (
+    FRAMES,
+    KVA,
+    NODES,
+    PLACES,
+    deeplabcut_h5,
+    hand_labels_h5,
+    sleap_h5,
+)
 
 
 @pytest.mark.parametrize("later", [False, True])
@@ -50,6 +58,38 @@ def test_deeplabcut(tmp_path: Path, protocol: int) -> None:
 def test_deeplabcut_with_several_animals(tmp_path: Path) -> None:
     table = read_positions(deeplabcut_h5(tmp_path / "dlc.h5", animals=("a", "b")))
     assert table.names == ("a_ear", "a_nose", "b_ear", "b_nose")
+
+
+@pytest.mark.parametrize("animal", ["", "a"])
+@pytest.mark.parametrize("whole", [False, True])
+def test_labels_set_by_hand_in_deeplabcut_keep_the_frames_of_their_pictures(
+    tmp_path: Path, whole: bool, animal: str
+) -> None:
+    pictures = [("labeled-data", "clip2", f"img{k:04d}.png") for k in (12, 107, 3)]
+    if whole:
+        pictures = [("/".join(picture),) for picture in pictures]
+    values = np.array([[1.5, 2, 3, 4], [np.nan, np.nan, 7, 8], [9, 10, 11, 12]])
+    table = read_positions(
+        hand_labels_h5(tmp_path / "CollectedData_me.h5", pictures, values, animal=animal)
+    )
+    assert table.names == NODES
+    assert table.frame is not None
+    assert table.frame.tolist() == [3, 12, 107]
+    np.testing.assert_array_equal(table.positions[..., :2].reshape(3, 4), values[[2, 0, 1]])
+
+
+def test_labels_of_pictures_without_a_number_are_refused(tmp_path: Path) -> None:
+    file = hand_labels_h5(tmp_path / "c.h5", [("a", "b", "first.png")], np.ones((1, 4)))
+    with pytest.raises(ExchangeError, match=r"'first\.png' names no frame"):
+        read_positions(file)
+    with h5py.File(file, "a") as data:
+        data["df_with_missing/axis1_label2"][:] = 7
+    with pytest.raises(ExchangeError, match=r"c\.h5"):
+        read_positions(file)
+    with h5py.File(file, "a") as data:
+        del data["df_with_missing/axis1_label2"]
+    with pytest.raises(ExchangeError, match=r"c\.h5"):
+        read_positions(file)
 
 
 def test_a_data_set_that_holds_less_than_it_announces_is_refused(tmp_path: Path) -> None:
