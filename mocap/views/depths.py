@@ -42,7 +42,8 @@ def depth_effect(measured: Measurement, markers: MarkerFile) -> dict[str, Any]:
                 f"[scale] {markers.reference} is not given: both bodies are assumed to be equally "
                 f"deep; for each percent by which {markers.reference} appears larger (15 mm "
                 f"nearer, at 1.5 m) positions are wrong by {wrong:.1f} mm; {UNKNOWN_DEPTH_MM:g} mm "
-                "of depth are in the stated errors"
+                "of depth are in the stated errors: give it as the camera sees it, parallel to the "
+                "picture, or give [depth]"
             ]
         return report
     displaced = from_axis * (1 / package.px_per_mm - 1 / head.px_per_mm)[:, None]
