@@ -141,6 +141,8 @@ summary { cursor: pointer; padding: .3rem 0; font-weight: 600; }
   nav, .downloads { display: none; }
   h2, h3 { break-after: avoid; }
   .run + .run { break-before: page; }
+  .run { break-inside: avoid; }
+  .sequence { grid-template-columns: repeat(6, 1fr); gap: .5rem; }
   figure, .verdict, tr, .sequence li { break-inside: avoid; }
   .verdicts { grid-template-columns: repeat(auto-fit, minmax(22rem, 1fr)); }
   .curves { grid-template-columns: repeat(3, 1fr); }
