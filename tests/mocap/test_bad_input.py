@@ -245,4 +245,6 @@ def test_no_two_wrong_inputs_share_a_message() -> None:
 
 
 def test_the_good_input_is_good() -> None:
-    assert convert(good().video, good().markers).warnings == ()
+    (said,) = convert(good().video, good().markers).warnings
+    # Half a second of a head does not tell how deep its marks are.
+    assert "hardly tells whether ear and nose are equally far" in said
