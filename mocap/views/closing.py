@@ -35,10 +35,21 @@ def closing_lines(report: Mapping[str, Any], tracks: Tracks) -> list[str]:
         "standard error of the motion, neck seen from the head: "
         f"{motion['sigma_x_mm_median']:.2f} mm in x, {motion['sigma_y_mm_median']:.2f} mm in y, "
         f"{motion['sigma_theta_deg_median']:.2f}°",
+        _level(motion),
         f"phases, s: {', '.join(phases) or 'none found'}",
         f"style: {drinking['style']} ({drinking['style_reason']})",
         f"look at: {'; '.join(_to_look_at(report, tracks))}",
     ]
+
+
+def _level(motion: Mapping[str, Any]) -> str:
+    """Return what is taken for level, and what it costs if it is not: no mark tells a roll."""
+    if not motion["level_assumed"]:
+        return "level: by the world's axes of [plane]"
+    return (
+        "level: the camera is taken for level; each degree of its roll turns the neck about the "
+        f"ear by {motion['roll_mm_per_deg']:.1f} mm, which no standard error holds"
+    )
 
 
 def _seen(tracks: Tracks) -> str:

@@ -105,6 +105,8 @@ def summary(
             "sigma_x_mm_median": float(np.median(motion.sigma[:, 0])),
             "sigma_y_mm_median": float(np.median(motion.sigma[:, 1])),
             "sigma_theta_deg_median": float(np.degrees(np.median(motion.sigma[:, 2]))),
+            "level_assumed": markers.plane is None,
+            "roll_mm_per_deg": float(np.radians(np.median(np.hypot(*motion.relative_mm.T)))),
         },
         "drinking": motion.drinking(measured.lip).as_json(),
         "warnings": warnings,
