@@ -56,7 +56,8 @@ def mesh_sentence(rows: Sequence[Row]) -> str | None:
     if not rough:
         return None
     return (
-        f"The mesh is too coarse for the highest pressure in {len(rough)} of {len(doubts)} sips: "
-        f"two measures of it differ by up to {100 * max(rough):.0f} %, so that ranking necks that "
-        "are closer than that needs a finer one (numerics.mesh.layer_mm)."
+        f"The mesh is coarse for the highest pressure in {len(rough)} of {len(doubts)} sips: two "
+        f"measures of it differ by more than {100 * MESH_DOUBT:.0f} %, by up to "
+        f"{100 * max(rough):.0f} %. A difference of one sip from another within that is the "
+        "mesh's: replay both on a finer one (numerics.mesh.layer_mm) before you rely on it."
     )
