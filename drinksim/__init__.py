@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from drinksim import fem as fem
+    from drinksim.api import RecordingWarning as RecordingWarning
     from drinksim.api import convert as convert
     from drinksim.api import explore as explore
     from drinksim.api import report as report
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 _MADE_IN = {
     "DrinksimError": "geometry2d.foundation.errors",
     "Motion": "mocap.motion.motion",
+    "RecordingWarning": "drinksim.api",
     "Scenario": "drinksim.values",
     "Solution": "drinksim.values",
     "convert": "drinksim.api",
@@ -42,6 +44,7 @@ _MADE_IN = {
 __all__ = [
     "DrinksimError",
     "Motion",
+    "RecordingWarning",
     "Scenario",
     "Solution",
     "__version__",

@@ -21,6 +21,7 @@ from scenarios.settings import scenario
 PUBLIC = [
     "DrinksimError",
     "Motion",
+    "RecordingWarning",
     "Scenario",
     "Solution",
     "__version__",
