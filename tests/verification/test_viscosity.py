@@ -118,6 +118,7 @@ def loop_area(plane, steps_a_cycle):
     return lost / (np.pi * stiffness * small**2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plane", PLANES)
 def test_a_cycle_loses_the_work_of_the_loss_modulus(plane):
     (beta,), (tau,) = BRANCH.overstress, BRANCH.relaxation_s

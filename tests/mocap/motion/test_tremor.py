@@ -73,6 +73,7 @@ def kept(found: Array, true: Array, time_s: Array) -> Array:
     return np.array(share)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fps", [25.0, 30.0, 60.0])
 def test_tremor_is_kept_and_errors_are_true(tmp_path: Path, fps: float) -> None:
     markers = marker_file(tmp_path)
@@ -93,6 +94,7 @@ def test_tremor_is_kept_and_errors_are_true(tmp_path: Path, fps: float) -> None:
     assert (score < 3).mean() > 0.95
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise_px", [0.02, 0.08])
 def test_without_tremor_nothing_changes(tmp_path: Path, noise_px: float) -> None:
     """What the marks' distances tell changes no bit of a motion that holds no tremor."""

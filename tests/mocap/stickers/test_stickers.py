@@ -164,6 +164,7 @@ def test_a_print_with_one_cell_unlike_a_code_is_no_sticker(side_px: float) -> No
     assert named == 0
 
 
+@pytest.mark.slow
 def test_the_sheet_prints_true_sizes() -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

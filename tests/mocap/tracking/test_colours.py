@@ -54,6 +54,7 @@ def test_coloured_marks_are_followed_with_stated_errors(tmp_path: Path) -> None:
     assert np.mean(ratio < 3) >= 0.95
 
 
+@pytest.mark.slow
 def test_a_film_with_coloured_marks_becomes_a_motion(tmp_path: Path) -> None:
     drawn = clip("orange")
     video, markers, truths = drawn.write(tmp_path)

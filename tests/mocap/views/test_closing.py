@@ -63,6 +63,7 @@ def test_a_plane_of_known_points_says_what_is_level():
     assert "level: by the world's axes of [plane]" in closing_lines(report, tracks())
 
 
+@pytest.mark.slow
 def test_the_cost_of_a_roll_is_what_a_rolled_camera_does(tmp_path):
     drawn = Clip(frames=12, jaw=False)
     video, markers, _ = drawn.write(tmp_path)

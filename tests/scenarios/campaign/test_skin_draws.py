@@ -98,6 +98,7 @@ def scenario_of(case, out):
     return scenario_in(folder, case.scenario_toml)
 
 
+@pytest.mark.slow
 def test_every_draw_of_a_study_has_another_skin_and_every_neck_the_same(tmp_path):
     write_base(tmp_path)
     write_calibration(tmp_path)

@@ -98,6 +98,7 @@ def test_the_neck_clears_teeth_and_nose(name):
     assert met.nose.min() > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_the_lower_lip_is_touched_first_and_left_last(name):
     met = encounter(name)
