@@ -34,6 +34,7 @@ def triangle_areas(mesh):
     return 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", LEVELS)
 def test_head_meshes_are_as_good_and_as_large_as_promised(level):
     mesh = lips(level)

@@ -98,6 +98,7 @@ def test_pressure_at_nodes_does_not_alternate_under_a_crest():
     assert np.abs(np.diff(alternating, 2)).sum() > 2 * np.abs(np.diff(pressure, 2)).sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edge", [0.2, 0.3, 0.4])
 @pytest.mark.parametrize("shift", [0.0, 0.25, 0.4])
 def test_an_edge_does_not_sink_over_a_corner(edge, shift):

@@ -155,6 +155,7 @@ def grooved_block():
     return Body(mesh, linear_elastic(1.0, 0.3), plane=Plane.STRAIN, element="Q8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_a_groove_closes_and_does_not_pass_through_itself(friction):
     body = grooved_block()

@@ -108,6 +108,7 @@ def test_the_lower_lip_is_touched_first_and_left_last(name):
     assert met.lower[-1] < -20 and met.upper[-1] < -20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_the_lips_are_pressed_as_a_sip_presses_them(name):
     met = encounter(name)

@@ -339,6 +339,7 @@ def test_the_imprint_is_the_pressure_along_the_neck(run_directory: Path) -> None
     assert pressure[0].max() == 0.0
 
 
+@pytest.mark.slow
 def test_plots_are_written(run_directory: Path, tmp_path: Path) -> None:
     plot_histories([run_directory, run_directory], tmp_path / "histories.png")
     plot_histories([run_directory], tmp_path / "history.svg")
