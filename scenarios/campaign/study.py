@@ -40,8 +40,8 @@ NAMED = 3
 PREPARING = 0.02
 """Share of the progress that preparation takes."""
 
-NOTES_BETWEEN = "; "
-"""Between the notes of a sip in the table."""
+NOTES_BETWEEN = " | "
+"""Between the notes of a sip in the table; they have semicolons of their own."""
 
 Solver = Callable[[SipTask], SipRow]
 """Computes one sip; a test puts a formula in its place."""

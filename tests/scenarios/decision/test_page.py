@@ -149,14 +149,18 @@ def rough(task):
     if scenario_in(Path(task.folder), task.scenario_toml).package.neck == "DC":
         return replace(row, mesh_doubt=0.02)
     pressed = row.measures[HEADLINE]
-    return replace(row, mesh_doubt=0.2, notes=(f"two measures say {pressed:.0f} kPa", "moved"))
+    return replace(
+        row,
+        mesh_doubt=0.2,
+        notes=(f"two measures say {pressed:.0f} kPa; give shorter edges", "moved"),
+    )
 
 
 def test_what_sips_say_to_mind_is_told_once_with_how_many_say_it(result, tmp_path):
     noted = carried_out(result.plan, tmp_path, InProcess(), solver=rough, progress=quiet)
     notes = gathered(noted.rows)
     assert [note.count for note in notes] == [12, 12]
-    assert notes[0].text == noted.rows[0]["notes"].split("; ")[0]
+    assert notes[0].text == noted.rows[0]["notes"].split(" | ")[0]
     text = html.unescape(write_page(noted, tmp_path).read_text(encoding="utf-8"))
     for note in notes:
         assert f"12 of 24 sips, first {note.first}: {note.text}." in text
