@@ -68,7 +68,7 @@ def use_the_commands() -> None:
     recording = Path(str(scenarios.__file__)).parent / "library" / "A38-F"
     run(
         "drinksim", "convert", str(recording / "recording.mp4"),
-        "--markers", str(recording / "markers.toml"), "--out", "motion", "--end", "1.0",
+        "--markers", str(recording / "markers.toml"), "--out", "motion", "--end", "1.8",
     )  # fmt: skip
     run("drinksim", "element", "L2-Ogden/dermis", "--mode", "uniaxial", "--out", "element")
     run("drinksim", "press", "L2-Ogden", "--force", "0.1", "--neck", "A38", "--out", "press")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from geometry2d.foundation.text import counted
 from mocap.tracking.tracks import Tracks
 
 UNSEEN_MOST = 3
@@ -81,7 +82,8 @@ def _to_look_at(report: Mapping[str, Any], tracks: Tracks) -> Iterator[str]:
         )
     yield "motion.png, whether it is smooth"
     if report["warnings"]:
-        yield f"summary.json for the {len(report['warnings'])} warnings above"
+        count = counted(len(report["warnings"]), "warning", "warnings")
+        yield f"summary.json for the {count} above"
 
 
 def _longest_unseen(tracks: Tracks) -> tuple[str, float, float] | None:

@@ -79,13 +79,16 @@ def plot_histories(runs: Sequence[Path], out: Path) -> None:
 
 def histories_figure(solutions: Sequence[Solution]) -> Figure:
     """Return the picture of :func:`plot_histories`."""
-    height = 11.0 + RELATIVE_AXIS_POINTS / 72 * (len(_lengths(solutions)) - 1)
+    height = 11.0 + RELATIVE_AXIS_POINTS / 72 * (len(_spans(solutions)) - 1)
     figure = Figure(figsize=(9.0, height), dpi=DPI, facecolor=PAPER, layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(FIVE_HISTORIES), 1, sharex=True)
+    starts = _starts(solutions)
     for axes, (name, title) in zip(panels, FIVE_HISTORIES, strict=True):
-        for solution, colour in zip(solutions, _colours(len(solutions)), strict=True):
-            _history(axes, solution, name, colour, alone=len(solutions) == 1)
+        for solution, colour, start in zip(
+            solutions, _colours(len(solutions)), starts, strict=True
+        ):
+            _history(axes, solution, name, colour, start, alone=len(solutions) == 1)
         _finish(axes, title, solutions[0][name].quantity)
         _threshold(axes, name)
     for text in panels[0].legend(loc="best", frameon=False, fontsize=10).get_texts():
@@ -96,17 +99,18 @@ def histories_figure(solutions: Sequence[Solution]) -> Figure:
 
 def _time_axes(panels: Sequence[Axes], solutions: Sequence[Solution]) -> None:
     """Say of histories, one below the other, what time is below, and what share of a run above."""
-    begin = float(solutions[0].time_s[0]) if len(solutions) == 1 else 0.0
-    lengths = _lengths(solutions)
-    what = "time, s" if len(solutions) == 1 else "time since the start of each replay, s"
+    starts = _starts(solutions)
+    what = "time since the start of each replay, s" if any(starts) else "time, s"
     panels[-1].set_xlabel(what, color=INK, size=11)
-    panels[-1].set_xlim(begin, begin + (max(lengths) or 1.0))
-    for row, (length, runs) in enumerate(lengths.items()):
-        alone = len(lengths) == 1
+    spans = _spans(solutions)
+    begin, end = min(span[0] for span in spans), max(span[1] for span in spans)
+    panels[-1].set_xlim(begin, end if end > begin else begin + 1.0)
+    for row, ((first, last), runs) in enumerate(spans.items()):
+        alone = len(spans) == 1
         relative_axis(
             panels[0],
-            begin,
-            begin + length,
+            first,
+            last,
             size=10,
             of="" if alone else ", ".join(solutions[run].name for run in runs),
             colour=None if alone else _colours(len(solutions))[runs[0]],
@@ -114,13 +118,23 @@ def _time_axes(panels: Sequence[Axes], solutions: Sequence[Solution]) -> None:
         )
 
 
-def _lengths(solutions: Sequence[Solution]) -> dict[float, list[int]]:
-    """Return how long replays take of a film, s, and which they are of ``solutions``."""
-    lengths: dict[float, list[int]] = {}
-    for number, solution in enumerate(solutions):
-        length = round(float(np.ptp(solution.time_s)), 6)
-        lengths.setdefault(length, []).append(number)
-    return lengths
+def _starts(solutions: Sequence[Solution]) -> list[float]:
+    """Return the instant, s, from which the time of each run counts.
+
+    Runs of one film share the film's time; those of several count from where each begins.
+    """
+    if all(solution.motion == solutions[0].motion for solution in solutions[1:]):
+        return [0.0] * len(solutions)
+    return [float(solution.time_s[0]) for solution in solutions]
+
+
+def _spans(solutions: Sequence[Solution]) -> dict[tuple[float, float], list[int]]:
+    """Return when replays begin and end, s, and which they are of ``solutions``."""
+    spans: dict[tuple[float, float], list[int]] = {}
+    for number, (solution, start) in enumerate(zip(solutions, _starts(solutions), strict=True)):
+        first, last = (round(float(solution.time_s[k]) - start, 6) for k in (0, -1))
+        spans.setdefault((first, last), []).append(number)
+    return spans
 
 
 def plot_imprint(run: Path, out: Path) -> None:
@@ -270,8 +284,10 @@ def _name_stretches(axes: Axes, stretches: Mapping[str, tuple[float, float]]) ->
     axes.set_ylim(low, high)
 
 
-def _history(axes: Axes, solution: Solution, name: str, colour: str, *, alone: bool) -> None:
-    time = solution.time_s if alone else solution.time_s - solution.time_s[0]
+def _history(
+    axes: Axes, solution: Solution, name: str, colour: str, start_s: float, *, alone: bool
+) -> None:
+    time = solution.time_s - start_s
     label = solution.name
     axes.plot(time, solution[name].values, color=colour, lw=1.8, label=label)
     thesis = THESIS_PRESSURES.get(name)

@@ -23,8 +23,29 @@ def solution(run_directory: Path) -> Solution:
     return Solution.load(run_directory)
 
 
+def of_another_film(solution: Solution, **changes: object) -> Solution:
+    """Return a run whose package comes later by one millimetre."""
+    moved = dataclasses.replace(solution.motion, package_mm=solution.motion.package_mm + 1.0)
+    other = dataclasses.replace(solution, **changes)
+    object.__setattr__(other, "motion", moved)
+    return other
+
+
+def test_runs_of_one_film_share_its_time(solution: Solution) -> None:
+    half = dataclasses.replace(solution, time_s=0.5 * (solution.time_s[0] + solution.time_s))
+    object.__setattr__(half, "motion", solution.motion)
+    figure = histories_figure([solution, half])
+    figure.draw_without_rendering()
+    panel = figure.axes[0]
+    assert figure.axes[-1].get_xlabel() == "time, s"
+    for line, run in zip(panel.lines[:2], (solution, half), strict=True):
+        np.testing.assert_allclose(line.get_xdata(), run.time_s)
+    assert panel.get_xlim() == pytest.approx(tuple(solution.time_s[[0, -1]]))
+    assert len(panel.child_axes) == 2
+
+
 def test_runs_of_one_length_share_an_axis_of_relative_time(solution: Solution) -> None:
-    figure = histories_figure([solution, solution])
+    figure = histories_figure([solution, of_another_film(solution)])
     assert figure.axes[-1].get_xlabel() == "time since the start of each replay, s"
     for line in figure.axes[0].lines[:2]:
         np.testing.assert_allclose(line.get_xdata(), solution.time_s - solution.time_s[0])
@@ -34,7 +55,7 @@ def test_runs_of_one_length_share_an_axis_of_relative_time(solution: Solution) -
 
 def test_runs_of_different_lengths_have_an_axis_of_relative_time_each(solution: Solution) -> None:
     begin, end = solution.time_s[[0, -1]]
-    longer = dataclasses.replace(solution, time_s=begin + 2.0 * (solution.time_s - begin))
+    longer = of_another_film(solution, time_s=begin + 2.0 * (solution.time_s - begin))
     figure = histories_figure([solution, longer])
     figure.draw_without_rendering()
     panel = figure.axes[0]
