@@ -79,11 +79,12 @@ def plot_histories(runs: Sequence[Path], out: Path) -> None:
 
 def histories_figure(solutions: Sequence[Solution]) -> Figure:
     """Return the picture of :func:`plot_histories`."""
-    height = 11.0 + RELATIVE_AXIS_POINTS / 72 * (len(_spans(solutions)) - 1)
+    starts = _starts(solutions)
+    spans = _spans(solutions, starts)
+    height = 11.0 + RELATIVE_AXIS_POINTS / 72 * (len(spans) - 1)
     figure = Figure(figsize=(9.0, height), dpi=DPI, facecolor=PAPER, layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(FIVE_HISTORIES), 1, sharex=True)
-    starts = _starts(solutions)
     for axes, (name, title) in zip(panels, FIVE_HISTORIES, strict=True):
         for solution, colour, start in zip(
             solutions, _colours(len(solutions)), starts, strict=True
@@ -93,16 +94,18 @@ def histories_figure(solutions: Sequence[Solution]) -> Figure:
         _threshold(axes, name)
     for text in panels[0].legend(loc="best", frameon=False, fontsize=10).get_texts():
         text.set_parse_math(False)  # a name may hold dollars
-    _time_axes(panels, solutions)
+    what = "time since the start of each replay, s" if any(starts) else "time, s"
+    panels[-1].set_xlabel(what, color=INK, size=11)
+    _time_axes(panels, solutions, spans)
     return figure
 
 
-def _time_axes(panels: Sequence[Axes], solutions: Sequence[Solution]) -> None:
-    """Say of histories, one below the other, what time is below, and what share of a run above."""
-    starts = _starts(solutions)
-    what = "time since the start of each replay, s" if any(starts) else "time, s"
-    panels[-1].set_xlabel(what, color=INK, size=11)
-    spans = _spans(solutions)
+def _time_axes(
+    panels: Sequence[Axes],
+    solutions: Sequence[Solution],
+    spans: Mapping[tuple[float, float], Sequence[int]],
+) -> None:
+    """Fit the axis of time to histories, one below the other, and put shares of a run above."""
     begin, end = min(span[0] for span in spans), max(span[1] for span in spans)
     panels[-1].set_xlim(begin, end if end > begin else begin + 1.0)
     for row, ((first, last), runs) in enumerate(spans.items()):
@@ -128,10 +131,12 @@ def _starts(solutions: Sequence[Solution]) -> list[float]:
     return [float(solution.time_s[0]) for solution in solutions]
 
 
-def _spans(solutions: Sequence[Solution]) -> dict[tuple[float, float], list[int]]:
+def _spans(
+    solutions: Sequence[Solution], starts_s: Sequence[float]
+) -> dict[tuple[float, float], list[int]]:
     """Return when replays begin and end, s, and which they are of ``solutions``."""
     spans: dict[tuple[float, float], list[int]] = {}
-    for number, (solution, start) in enumerate(zip(solutions, _starts(solutions), strict=True)):
+    for number, (solution, start) in enumerate(zip(solutions, starts_s, strict=True)):
         first, last = (round(float(solution.time_s[k]) - start, 6) for k in (0, -1))
         spans.setdefault((first, last), []).append(number)
     return spans
