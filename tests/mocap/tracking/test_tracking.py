@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -20,7 +21,7 @@ from mocap.tracking.errors import TrackingError, UnnamedSpotsError
 from mocap.tracking.follow import follow
 from mocap.tracking.locate import locate_markers
 from mocap.tracking.marker_file import read_markers
-from mocap.tracking.markers import MarkerFileError
+from mocap.tracking.markers import MarkerFile, MarkerFileError
 from mocap.tracking.noise import with_temporal_noise
 from mocap.tracking.tracks import Tracks, TracksError, read_tracks
 from mocap.video.channels import Pixels
@@ -188,44 +189,45 @@ def test_markers_without_positions_are_told_by_their_layout() -> None:
         np.testing.assert_allclose(again.of(name)[0], tracks.of(name)[0][: len(again.frame)])
 
 
+def picture_of_spots(
+    spots: Iterable[tuple[tuple[int, int], int, int]],
+) -> Pixels:
+    """Return a grey picture with round spots, each at a place, of a radius and a grey level."""
+    import cv2
+
+    image = np.full((400, 640), 190, np.uint8)
+    for at, radius, level in spots:
+        cv2.circle(image, at, radius, level, -1, cv2.LINE_AA)
+    return Pixels(cv2.GaussianBlur(image, (0, 0), 0.8))
+
+
+def all_auto(folder: Path) -> MarkerFile:
+    """Return a marker file that leaves it to the program where the markers are."""
+    file = folder / "auto.toml"
+    file.write_text('[scale]\npackage = 14.0\n[markers]\near = "auto"\n')
+    return read_markers(file)
+
+
 @pytest.mark.parametrize(("package_level", "sure"), [(40, True), (240, False), (172, False)])
 def test_spots_of_two_kinds_are_not_the_markers_of_one_person(
     tmp_path: Path, package_level: int, sure: bool
 ) -> None:
-    import cv2
-
-    image = np.full((400, 640), 190, np.uint8)
-    for at, level in (
-        ((100, 150), 20),
-        ((310, 160), 20),
-        ((480, 300), package_level),
-        ((500, 280), package_level),
-    ):
-        cv2.circle(image, at, 7, level, -1, cv2.LINE_AA)
-    image = cv2.GaussianBlur(image, (0, 0), 0.8)
-    (tmp_path / "auto.toml").write_text('[scale]\npackage = 14.0\n[markers]\near = "auto"\n')
-    wanted = read_markers(tmp_path / "auto.toml")
+    head, package = [(100, 150), (310, 160)], [(480, 300), (500, 280)]
+    spots = [(at, 7, 20) for at in head] + [(at, 7, package_level) for at in package]
+    image, wanted = picture_of_spots(spots), all_auto(tmp_path)
     if sure:
-        assert locate_markers(Pixels(image), wanted, 0)["ear"].x == pytest.approx(100, abs=0.5)
+        assert locate_markers(image, wanted, 0)["ear"].x == pytest.approx(100, abs=0.5)
     else:
         with pytest.raises(UnnamedSpotsError, match="no arrangement of them"):
-            locate_markers(Pixels(image), wanted, 0)
+            locate_markers(image, wanted, 0)
 
 
 @pytest.mark.slow
 def test_a_printed_carton_is_not_taken_for_markers(tmp_path: Path) -> None:
-    import cv2
-
-    image = np.full((400, 640), 190, np.uint8)
-    for x in range(360, 620, 26):
-        for y in range(120, 380, 26):
-            cv2.circle(image, (x, y), 6, 40, -1, cv2.LINE_AA)
-    for at in ((120, 150), (310, 140)):
-        cv2.circle(image, at, 6, 40, -1, cv2.LINE_AA)
-    image = cv2.GaussianBlur(image, (0, 0), 0.8)
-    (tmp_path / "auto.toml").write_text('[scale]\npackage = 14.0\n[markers]\near = "auto"\n')
+    print_on_carton = [(x, y) for x in range(360, 620, 26) for y in range(120, 380, 26)]
+    image = picture_of_spots([(at, 6, 40) for at in [*print_on_carton, (120, 150), (310, 140)]])
     with pytest.raises(TrackingError, match=r"none is clearly better: give the positions of ear"):
-        locate_markers(Pixels(image), read_markers(tmp_path / "auto.toml"), 0)
+        locate_markers(image, all_auto(tmp_path), 0)
 
 
 @pytest.mark.parametrize(
@@ -234,19 +236,13 @@ def test_a_printed_carton_is_not_taken_for_markers(tmp_path: Path) -> None:
 def test_a_lone_arrangement_is_taken_if_it_is_like_a_face(
     tmp_path: Path, width_mm: int, sure: bool
 ) -> None:
-    import cv2
-
-    image = np.full((400, 640), 190, np.uint8)
-    for at in ((100, 150), (100 + 2 * width_mm, 160), (480, 300), (500, 280)):
-        cv2.circle(image, at, 7, 40, -1, cv2.LINE_AA)
-    image = cv2.GaussianBlur(image, (0, 0), 0.8)
-    (tmp_path / "auto.toml").write_text('[scale]\npackage = 14.0\n[markers]\near = "auto"\n')
-    wanted = read_markers(tmp_path / "auto.toml")
+    places = [(100, 150), (100 + 2 * width_mm, 160), (480, 300), (500, 280)]
+    image, wanted = picture_of_spots([(at, 7, 40) for at in places]), all_auto(tmp_path)
     if sure:
-        assert locate_markers(Pixels(image), wanted, 0)["ear"].x == pytest.approx(100, abs=0.5)
+        assert locate_markers(image, wanted, 0)["ear"].x == pytest.approx(100, abs=0.5)
     else:
         with pytest.raises(UnnamedSpotsError, match=r"are unlike one|no arrangement of them"):
-            locate_markers(Pixels(image), wanted, 0)
+            locate_markers(image, wanted, 0)
 
 
 @pytest.mark.slow
