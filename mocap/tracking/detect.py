@@ -18,18 +18,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mocap.tracking.fit import (
+from mocap.tracking.fit import centre_covariance, fit_disc
+from mocap.tracking.spot import (
     CONTRAST,
     INNER,
     PARAMETERS,
+    PLAIN,
     SHARPNESS,
-    centre_covariance,
-    fit_disc,
+    STREAK_X,
+    STREAK_Y,
+    TINT_X,
+    TINT_Y,
 )
 from mocap.video.channels import GREY
 
@@ -42,6 +47,8 @@ MISFIT_LIMIT = 0.16
 LONGEST_SHAPE = 2.6
 LEAST_CONTRAST = 14.0
 SMALLEST_RADIUS = 1.2
+# Largest relative change of the contrast from the centre to the edge, by light that passes over it.
+MOST_TINT = 1.2
 # Range of a ring's inner radius over its outer one; outside it the fit is a disc or a thin line.
 HOLE = (0.15, 0.92)
 
@@ -65,7 +72,7 @@ class Detection:
     ring
         Whether the marker is a ring.
     parameters
-        (11,) parameters of the model, from which the fit of the next frame starts.
+        (15,) parameters of the model, from which the fit of the next frame starts.
     channel
         What the marker is seen in: grey levels or a colour contrast.
     """
@@ -118,9 +125,32 @@ def fit_blob(image: Image, blob: Blob, *, ring: bool = False) -> Detection | Non
     return refit(image, start, ring=ring)
 
 
-def refit(image: Image, start: Array, *, ring: bool = False) -> Detection | None:
-    """Return the marker fitted from starting parameters (11,), such as the previous frame's."""
+def refit(
+    image: Image,
+    start: Array,
+    *,
+    ring: bool = False,
+    streaked: bool = False,
+    tinted: bool = False,
+) -> Detection | None:
+    """Return the marker fitted from starting parameters (15,), such as the previous frame's.
+
+    Parameters
+    ----------
+    image, start
+        (height, width) grey levels, and the parameters, in the picture's coordinates.
+    ring
+        Whether the marker is a ring.
+    streaked, tinted
+        Whether its streak and its tint (:mod:`mocap.tracking.spot`) are fitted, from those of the
+        start, or are zero.
+    """
     parameters = np.array(start, float)
+    if not streaked:
+        parameters[STREAK_X : STREAK_Y + 1] = 0.0
+    if not tinted:
+        parameters[TINT_X : TINT_Y + 1] = 0.0
+    free = _free(ring, streaked, tinted)
     for _ in range(3):
         radius = _radius(parameters)
         if not SMALLEST_RADIUS <= radius <= 0.25 * min(image.shape):
@@ -134,7 +164,7 @@ def refit(image: Image, start: Array, *, ring: bool = False) -> Detection | None
         local[1] -= top
         before = local[:2].copy()
         reach = _reach(parameters)
-        fitted, residual, normal, converged = fit_disc(pixels, local, reach, ring)
+        fitted, residual, normal, converged = fit_disc(pixels, local, reach, ring, free)
         if not converged or not np.isfinite(fitted).all():
             return None
         moved = float(np.hypot(*(fitted[:2] - before)))
@@ -144,10 +174,25 @@ def refit(image: Image, start: Array, *, ring: bool = False) -> Detection | None
         same_window = moved < 0.75 and abs(_reach(parameters) - reach) < 1.0
         if same_window:
             break
-    covariance = centre_covariance(fitted, residual, normal, before, reach, ring)
+    covariance = centre_covariance(fitted, residual, normal, ring, free)
     if not np.isfinite(covariance).all():
         return None  # in flat surroundings several parameters do the same
     return _detection(parameters, residual, covariance, ring)
+
+
+def tinted(found: Detection) -> bool:
+    """Whether light passes over a marker that was found."""
+    return bool(np.any(found.parameters[TINT_X:]))
+
+
+@lru_cache
+def _free(ring: bool, streaked: bool, tinted: bool) -> NDArray[np.int_]:
+    """Return the indices of the parameters that are fitted."""
+    free = [*range(PLAIN)]
+    free += [INNER] if ring else []
+    free += [STREAK_X, STREAK_Y] if streaked else []
+    free += [TINT_X, TINT_Y] if tinted else []
+    return np.array(free)
 
 
 def unseen_at(at: tuple[float, float]) -> Detection:
@@ -241,6 +286,7 @@ def _detection(
         or misfit > MISFIT_LIMIT
         or aspect > LONGEST_SHAPE
         or parameters[SHARPNESS] < 0.8
+        or math.hypot(*parameters[TINT_X:]) * _radius(parameters) > MOST_TINT * abs(contrast)
         or (ring and not HOLE[0] < parameters[INNER] < HOLE[1])
     ):
         return None
@@ -270,9 +316,10 @@ def _radius(parameters: Array) -> float:
 
 
 def _reach(parameters: Array) -> float:
-    """Return the radius of the window, px: the marker and a margin within its white square."""
+    """Return the radius of the window, px: the marker, a margin in its white square, its streak."""
     radius = _radius(parameters)
-    return radius + min(max(0.6 * radius, 2.5), 6.0)
+    streak = math.hypot(*parameters[STREAK_X : STREAK_Y + 1])
+    return radius + min(max(0.6 * radius, 2.5), 6.0) + streak
 
 
 def _window(

@@ -1,4 +1,8 @@
-"""Compiled kernels of the marker fit: least squares of a blurred ellipse and its standard error."""
+"""Compiled kernels of the marker fit: least squares of a blurred ellipse and its standard error.
+
+A fit has free parameters, in order: the ten of a plain disc, then any of the others. Vectors and
+matrices of the free ones count in that order.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry2d.compiled import compiled
+from mocap.tracking.spot import PARAMETERS, PLAIN, STREAK_X, disc_and_gradient, spot_and_gradient
 
 Array: TypeAlias = NDArray[np.float64]
 
-# Indices in the vector of parameters: centre 0-1, G 2-4, then the following.
-SHARPNESS, CONTRAST, LEVEL, SLOPE_X, SLOPE_Y, INNER = 5, 6, 7, 8, 9, 10
-PARAMETERS = 11
 ITERATIONS = 40
 # The iteration ends at a step of the centre below this, px; steps then shrink at least tenfold.
 CENTRE_TOLERANCE = 1e-3
@@ -25,40 +27,16 @@ SINGULAR = 1e-14
 
 
 @compiled
-def disc_and_gradient(p: Array, x: float, y: float, ring: bool, gradient: Array) -> float:
-    """Return the model's grey level at (x, y) and write its derivatives (11,) to ``gradient``."""
-    u = x - p[0]
-    v = y - p[1]
-    ux = p[2] * u + p[3] * v
-    uy = p[3] * u + p[4] * v
-    rho = math.sqrt(ux * ux + uy * uy) + 1e-9
-    w = p[5]
-    t = w * (1.0 - rho)
-    edge = 0.5 * math.erfc(-t * 0.7071067811865476)
-    density = 0.3989422804014327 * math.exp(-0.5 * t * t)
-    d_rho = -w * density
-    d_w = (1.0 - rho) * density
-    d_q = 0.0
-    if ring:
-        s = w * (p[10] - rho)
-        inner = 0.3989422804014327 * math.exp(-0.5 * s * s)
-        edge -= 0.5 * math.erfc(-s * 0.7071067811865476)
-        d_rho += w * inner
-        d_w -= (p[10] - rho) * inner
-        d_q = -w * inner
-    slope = p[6] * d_rho / rho
-    gradient[0] = -slope * (p[2] * ux + p[3] * uy) - p[8]
-    gradient[1] = -slope * (p[3] * ux + p[4] * uy) - p[9]
-    gradient[2] = slope * ux * u
-    gradient[3] = slope * (ux * v + uy * u)
-    gradient[4] = slope * uy * v
-    gradient[5] = p[6] * d_w
-    gradient[6] = edge
-    gradient[7] = 1.0
-    gradient[8] = u
-    gradient[9] = v
-    gradient[10] = p[6] * d_q
-    level: float = p[7] + p[8] * u + p[9] * v + p[6] * edge
+def _level(
+    p: Array, x: float, y: float, ring: bool, free: NDArray[np.int_], gradient: Array
+) -> float:
+    """Return the model's grey level and write its derivatives by the free parameters."""
+    if free[free.size - 1] < STREAK_X:
+        plain: float = disc_and_gradient(p, x, y, ring, gradient)
+        return plain
+    level: float = spot_and_gradient(p, x, y, ring, gradient)
+    for i in range(PLAIN, free.size):
+        gradient[i] = gradient[free[i]]
     return level
 
 
@@ -69,13 +47,14 @@ def _normal_equations(
     centre: Array,
     reach: float,
     ring: bool,
+    free: NDArray[np.int_],
     normal: Array,
     right: Array,
     residual: Array,
 ) -> float:
     """Accumulate JᵀJ and Jᵀr over the window, return half the sum of squares."""
-    count = 11 if ring else 10
-    gradient = np.zeros(11)
+    count = free.size
+    gradient = np.zeros(PARAMETERS)
     normal[:] = 0.0
     right[:] = 0.0
     total = 0.0
@@ -84,7 +63,7 @@ def _normal_equations(
             if (column - centre[0]) ** 2 + (row - centre[1]) ** 2 > reach * reach:
                 residual[row, column] = math.nan
                 continue
-            r = pixels[row, column] - disc_and_gradient(p, column, row, ring, gradient)
+            r = pixels[row, column] - _level(p, column, row, ring, free, gradient)
             residual[row, column] = r
             total += 0.5 * r * r
             for i in range(count):
@@ -137,7 +116,7 @@ def eliminate(matrix: Array, right: Array) -> bool:
 
 @compiled
 def fit_disc(
-    pixels: NDArray[np.uint8], start: Array, reach: float, ring: bool
+    pixels: NDArray[np.uint8], start: Array, reach: float, ring: bool, free: NDArray[np.int_]
 ) -> tuple[Array, Array, Array, bool]:
     """Fit the model to the pixels within ``reach`` (px) of the starting centre.
 
@@ -146,31 +125,33 @@ def fit_disc(
     pixels
         (rows, columns) grey levels of a window.
     start
-        (11,) parameters in the window's coordinates.
+        (15,) parameters in the window's coordinates.
     reach
         Radius (px) of the part of the window that is used.
     ring
-        Whether the inner radius is fitted as well.
+        Whether the marker is a ring.
+    free
+        Increasing indices of the parameters that are fitted, the first ten among them.
 
     Returns
     -------
     tuple
-        Parameters (11,), residual (rows, columns; nan outside), JᵀJ (11, 11) and whether the
-        iteration converged.
+        Parameters (15,), residual (rows, columns; nan outside), JᵀJ of the free parameters and
+        whether the iteration converged.
     """
-    count = 11 if ring else 10
+    count = free.size
     p = start.copy()
     centre = start[:2].copy()
-    normal = np.zeros((11, 11))
-    right = np.zeros(11)
+    normal = np.zeros((count, count))
+    right = np.zeros(count)
     residual = np.zeros(pixels.shape)
-    trial_normal = np.zeros((11, 11))
-    trial_right = np.zeros(11)
+    trial_normal = np.zeros((count, count))
+    trial_right = np.zeros(count)
     trial_residual = np.zeros(pixels.shape)
-    cost = _normal_equations(pixels, p, centre, reach, ring, normal, right, residual)
+    cost = _normal_equations(pixels, p, centre, reach, ring, free, normal, right, residual)
     damping = 1e-4
     for _ in range(ITERATIONS):
-        matrix = normal[:count, :count].copy()
+        matrix = normal.copy()
         for i in range(count):
             matrix[i, i] += damping * matrix[i, i] + 1e-12
         step = right[:count].copy().reshape(count, 1)
@@ -178,7 +159,7 @@ def fit_disc(
             return p, residual, normal, False
         trial = p.copy()
         for i in range(count):
-            trial[i] += step[i, 0]
+            trial[free[i]] += step[i, 0]
         shrunk = trial[2] * trial[4] - trial[3] * trial[3]
         admissible = shrunk > 0.0 and trial[2] > 0.0 and 0.3 < trial[5] < 200.0
         if ring:
@@ -188,7 +169,7 @@ def fit_disc(
         trial_cost = math.inf
         if admissible:
             trial_cost = _normal_equations(
-                pixels, trial, centre, reach, ring, trial_normal, trial_right, trial_residual
+                pixels, trial, centre, reach, ring, free, trial_normal, trial_right, trial_residual
             )
         if trial_cost <= cost:
             gain = cost - trial_cost
@@ -212,7 +193,7 @@ def fit_disc(
 
 @compiled
 def centre_covariance(
-    p: Array, residual: Array, normal: Array, centre: Array, reach: float, ring: bool
+    p: Array, residual: Array, normal: Array, ring: bool, free: NDArray[np.int_]
 ) -> Array:
     """Return the covariance (2, 2) px² of the fitted centre; nan if the pixels do not fix it.
 
@@ -220,11 +201,11 @@ def centre_covariance(
     is Σ Σ h(x) h(x + l) C(l), where the noise's covariance C at lags l comes from the residual's
     antisymmetric part r(x) − r(2c − x).
     """
-    count = 11 if ring else 10
+    count = free.size
     rows, columns = residual.shape
     gain = np.zeros((count, 2))
     gain[0, 0] = gain[1, 1] = 1.0
-    matrix = normal[:count, :count].copy()
+    matrix = normal.copy()
     for i in range(count):
         matrix[i, i] += 1e-12
     if not eliminate(matrix, gain):
@@ -232,13 +213,13 @@ def centre_covariance(
     influence = np.zeros((2, rows, columns))
     odd = np.zeros((rows, columns))
     valid = np.zeros((rows, columns))
-    gradient = np.zeros(11)
+    gradient = np.zeros(PARAMETERS)
     pixels = 0
     for row in range(rows):
         for column in range(columns):
             if math.isnan(residual[row, column]):
                 continue
-            disc_and_gradient(p, column, row, ring, gradient)
+            _level(p, column, row, ring, free, gradient)
             for i in range(count):
                 influence[0, row, column] += gain[i, 0] * gradient[i]
                 influence[1, row, column] += gain[i, 1] * gradient[i]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from mocap.tracking.detect import Detection
+from mocap.tracking.detect import Detection, tinted
 from mocap.tracking.kalman import KalmanState
+from mocap.tracking.spot import CONTRAST
 
 # A detection is the marker only within this many standard deviations of the prediction.
 GATE = 4.0
@@ -31,6 +32,9 @@ CLEAN_MARGIN = 0.004
 # A marker that lay under a highlight from the start has more contrast without it, and fits better.
 UNVEILED_CONTRAST = 4.0
 UNVEILED_MISFIT = 0.5
+# Range of a veiled marker's size over its own, and of its contrast over that of the frame before.
+VEILED_SIZE = (0.8, 1.25)
+VEILED_STEP = (0.4, 2.5)
 # A marker that is not visible slows down with this time constant (s): hands turn back.
 REST_S = 0.25
 # Weight of the newest detection in the usual appearance.
@@ -78,17 +82,44 @@ class Follower:
     ) -> bool:
         """Whether a detection resembles this marker, or its clean look, within ranges of ratios."""
         assert self.clean is not None
-        looks = (self.appearance, self.clean)
+        looks = [
+            (look, UNVEILED_CONTRAST if tinted(look) else contrasts[1])
+            for look in (self.appearance, self.clean)
+        ]
         return (
             found.ring == self.appearance.ring
             and found.channel == self.appearance.channel
             and any(
                 sizes[0] < found.radius / look.radius < sizes[1]
-                and contrasts[0] < found.contrast / look.contrast < contrasts[1]
-                for look in looks
+                and contrasts[0] < found.contrast / look.contrast < most
+                for look, most in looks
             )
             and found.misfit
             < MISFIT_MARGIN + MISFIT_RATIO * self.appearance.misfit + SMEAR_MISFIT * self.smear
+        )
+
+    def is_clean(self, found: Detection) -> bool:
+        """Whether a plain disc explains a detection as well as this marker's clean look."""
+        assert self.clean is not None
+        return found.misfit < CLEAN_MISFIT * self.clean.misfit + CLEAN_MARGIN
+
+    def veiled(self, found: Detection) -> bool:
+        """Whether a detection is this marker while a highlight or a shadow passes over it.
+
+        It keeps its size and its place, its contrast changes little from one frame to the next, and
+        the residual stays that of the marker.
+        """
+        assert self.clean is not None
+        usual, last = self.clean, float(self.appearance.parameters[CONTRAST])
+        away = math.hypot(found.x - self.kalman.state[0], found.y - self.kalman.state[1])
+        return (
+            found.ring == usual.ring
+            and found.channel == usual.channel
+            and VEILED_SIZE[0] < found.radius / usual.radius < VEILED_SIZE[1]
+            and VEILED_STEP[0] < found.contrast / last < VEILED_STEP[1]
+            and away < usual.radius
+            and found.misfit * abs(found.contrast)
+            < (MISFIT_MARGIN + MISFIT_RATIO * usual.misfit) * abs(usual.contrast)
         )
 
     def unveiled(self, found: Detection) -> bool:
@@ -126,7 +157,7 @@ class Follower:
         assert self.clean is not None
         if self.unveiled(found):
             self.clean = self.appearance = found
-        if found.misfit < CLEAN_MISFIT * self.clean.misfit + CLEAN_MARGIN:
+        if self.is_clean(found):
             self.clean = _averaged(self.clean, found)
         look = _averaged(self.appearance, found)
         worst = WORST_MISFIT * self.clean.misfit + CLEAN_MARGIN

@@ -152,7 +152,7 @@ def _package_choices(
     uppers = [upper] if upper is not None else list(free)
     pairs = []
     for one, other in itertools.product(lowers, uppers):
-        if one is other or not _alike(one, other):
+        if one is other or not alike(one, other):
             continue
         if lower is None and upper is None and one.y < other.y:
             continue
@@ -186,7 +186,7 @@ def _head_choices(
             continue
         distance = math.hypot(ear.x - nose.x, ear.y - nose.y)
         tilted = abs(ear.y - nose.y) > 0.7 * distance
-        if least * unit <= distance <= most * unit and not tilted and _alike(ear, nose):
+        if least * unit <= distance <= most * unit and not tilted and alike(ear, nose):
             choices.append({"ear": ear, "nose": nose})
     return choices
 
@@ -206,7 +206,7 @@ def _jaw_choice(
     length = math.hypot(*along)
     below = []
     for spot in free:
-        if any(spot is other for other in chosen.values()) or not _alike(spot, ear):
+        if any(spot is other for other in chosen.values()) or not alike(spot, ear):
             continue
         u = ((spot.x - ear.x) * along[0] + (spot.y - ear.y) * along[1]) / length**2
         v = ((spot.y - ear.y) * along[0] - (spot.x - ear.x) * along[1]) / length**2
@@ -229,7 +229,7 @@ def _spots_above(free: Sequence[Detection], chosen: Mapping[str, Detection]) -> 
     for spot in others:
         u = ((spot.x - ear.x) * along[0] + (spot.y - ear.y) * along[1]) / length**2
         v = ((spot.y - ear.y) * along[0] - (spot.x - ear.x) * along[1]) / length**2
-        count += 0.2 < u < 1.4 and -1.0 < v < -0.1 and _alike(spot, ear)
+        count += 0.2 < u < 1.4 and -1.0 < v < -0.1 and alike(spot, ear)
     return count
 
 
@@ -258,7 +258,8 @@ def _of_one_kind(spots: Sequence[Detection]) -> bool:
     return all(c * most > 0 for c in contrasts) and abs(least) > ONE_KIND * abs(most)
 
 
-def _alike(one: Detection, other: Detection) -> bool:
+def alike(one: Detection, other: Detection) -> bool:
+    """Whether two spots have the sizes and the contrasts of markers of one kind."""
     size, contrast = one.radius / other.radius, one.contrast / other.contrast
     return (
         1 / PAIR_SIZE_RATIO < size < PAIR_SIZE_RATIO

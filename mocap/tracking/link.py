@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mocap.tracking.detect import Detection, detect, refit
+from mocap.tracking.explain import explained
 from mocap.tracking.follower import LEAST_GATE_PX, Follower
 from mocap.tracking.kalman import KalmanState
 from mocap.tracking.refind import LostMarker, MarkerVectors, overlap, reidentified
@@ -266,11 +267,12 @@ class Tracker:
     def _near_prediction(self, shown: Pixels, follower: Follower) -> Detection | None:
         start = follower.appearance.parameters.copy()
         start[:2] = follower.kalman.state[:2]
-        found = _refitted(shown, follower.appearance, start)
-        if found is None or not (follower.resembles(found) or follower.unveiled(found)):
-            return None
-        away = math.hypot(*(np.array([found.x, found.y]) - follower.kalman.state[:2]))
-        return found if away <= follower.gate_px(self._limit) else None
+        plain = _refitted(shown, follower.appearance, start)
+        for found in _readings(shown, follower, plain, start):
+            if follower.resembles(found) or follower.unveiled(found) or follower.veiled(found):
+                away = math.hypot(*(np.array([found.x, found.y]) - follower.kalman.state[:2]))
+                return found if away <= follower.gate_px(self._limit) else None
+        return None
 
     @property
     def _limit(self) -> float:
@@ -335,6 +337,23 @@ def _refitted(shown: Pixels, look: Detection, start: NDArray[np.float64]) -> Det
     """Return the marker fitted from starting parameters, in what it was seen in before."""
     found = refit(shown.seen_in(look.channel), start, ring=look.ring)
     return None if found is None else replace(found, channel=look.channel)
+
+
+def _readings(
+    shown: Pixels, follower: Follower, plain: Detection | None, start: NDArray[np.float64]
+) -> Iterator[Detection]:
+    """Yield what a marker next to its prediction may be, the best explanation first."""
+    believed = plain is not None and follower.resembles(plain)
+    if plain is None or not (believed and follower.is_clean(plain)):
+        look = follower.appearance
+        now = start[:2] if plain is None else np.array([plain.x, plain.y])
+        path = now - np.array([look.x, look.y])
+        part = shown.seen_in(look.channel)
+        better = explained(part, plain, start, path, believed=believed)
+        if better is not None:
+            yield replace(better, channel=look.channel)
+    if plain is not None:
+        yield plain
 
 
 def _each_once(

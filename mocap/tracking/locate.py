@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -11,13 +11,16 @@ import numpy as np
 
 from mocap.tracking.detect import Blob, Detection, detect, fit_blob
 from mocap.tracking.errors import TrackingError
-from mocap.tracking.layout import assign_layout
+from mocap.tracking.explain import explained
+from mocap.tracking.layout import alike, assign_layout
 from mocap.tracking.markers import MarkerFile
 from mocap.video.channels import COLOURS, GREY, Pixels
 
 # Largest error of a rough position, as a share of the picture's longer side, and its least value.
 ROUGH_SHARE = 0.035
 LEAST_SEARCH_PX = 25.0
+# A spot of larger misfit may be hair or print: it has to be like a marker that fits better.
+RAGGED = 0.1
 # Difference of the brightest and the darkest grey level below which a picture shows nothing.
 BLACK_RANGE = 16
 # Least contrast of a spot seen in colour: that of a clearly coloured sticker, not of skin.
@@ -67,7 +70,14 @@ def locate_markers(
     if sought:
         everything = detect(shown.grey, polarity=markers.polarity)
         found |= assign_layout(everything, {**taken, **found}, sought, markers, frame)
-    return {name: found[name] for name in markers.names}
+    return {name: _explained(shown, found[name]) for name in markers.names}
+
+
+def _explained(shown: Pixels, found: Detection) -> Detection:
+    """Return a marker as it is under the light that passes over it, if any does."""
+    part = shown.seen_in(found.channel)
+    better = explained(part, found, found.parameters, np.zeros(2), believed=True)
+    return found if better is None else replace(better, channel=found.channel)
 
 
 def fit_near(
@@ -114,6 +124,33 @@ def _near_positions(
             if away <= search:
                 # Of two spots about as near, the one of higher contrast is taken.
                 choices.append((away / search - abs(spot.contrast) / 512.0, name, spot))
+    found = _nearest_apart(choices, known)
+    strange = {name for name, spot in found.items() if _ragged_and_unlike(spot, found)}
+    if strange:
+        choices = [choice for choice in choices if not _ragged_and_unlike(choice[2], found)]
+        found = _nearest_apart(choices, known)
+    for name, at in given.items():
+        if name not in found:
+            kinds = {"auto": "dark, light or coloured spot", "ring": "ring"}
+            kind = kinds.get(polarity, f"{polarity} spot")
+            where = f"within {search:.0f} px of [{at[0]:g}, {at[1]:g}] in frame {frame}"
+            if name in strange:
+                raise TrackingError(
+                    f"{name}: the spots {where} fit badly and are unlike the other markers, as "
+                    "hair and print are; stick it on bare skin, correct its position, or leave out "
+                    "a marker of the jaw"
+                )
+            raise TrackingError(
+                f"{name}: no {kind} of its own {where}; correct its position in the marker file, "
+                "or start with --start at a frame that shows it"
+            )
+    return found
+
+
+def _nearest_apart(
+    choices: Sequence[tuple[float, str, Detection]], known: Mapping[str, Detection]
+) -> dict[str, Detection]:
+    """Return the spot of least cost of each marker; no spot is used twice."""
     found: dict[str, Detection] = {}
     for _, name, spot in sorted(choices, key=lambda choice: choice[0]):
         taken = any(
@@ -122,16 +159,20 @@ def _near_positions(
         )
         if name not in found and not taken:
             found[name] = spot
-    for name, at in given.items():
-        if name not in found:
-            kinds = {"auto": "dark, light or coloured spot", "ring": "ring"}
-            kind = kinds.get(polarity, f"{polarity} spot")
-            raise TrackingError(
-                f"{name}: no {kind} of its own within {search:.0f} px of [{at[0]:g}, {at[1]:g}] in "
-                f"frame {frame}; correct its position in the marker file, or start with --start at "
-                "a frame that shows it"
-            )
     return found
+
+
+def _ragged_and_unlike(spot: Detection, found: Mapping[str, Detection]) -> bool:
+    """Whether a spot may be hair or print: it fits badly, and no marker that fits is like it.
+
+    Contrasts in different colours are not compared.
+    """
+    usual = [
+        other
+        for other in found.values()
+        if other.misfit <= RAGGED and other.channel == spot.channel
+    ]
+    return spot.misfit > RAGGED and bool(usual) and not any(alike(spot, each) for each in usual)
 
 
 def _candidates(shown: Pixels, at: tuple[float, float], polarity: str) -> list[Detection]:

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from mocap.tracking.detect import Detection, detect
 from mocap.tracking.errors import TrackingError
-from mocap.tracking.fit import SHARPNESS
 from mocap.tracking.layout import assign_layout
 from mocap.tracking.locate import fit_near
 from mocap.tracking.markers import MarkerFile
+from mocap.tracking.spot import SHARPNESS
 from mocap.video.channels import Pixels
 from scenarios.marking.pointing import PlacedPoint, Point, SpotLook
 

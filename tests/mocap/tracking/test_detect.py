@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mocap.synthetic.raster import coverage
 from mocap.tracking.detect import Blob, detect, find_blobs, fit_blob
-from mocap.tracking.fit import disc_and_gradient
+from mocap.tracking.spot import disc_and_gradient
 
 HEIGHT, WIDTH = 48, 66
 
